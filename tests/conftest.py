@@ -15,16 +15,7 @@ from rmfs_commands.testing import small_instance, small_layout, small_world
 from rmfs_core.info import RunInfo
 from rmfs_core.motion import Motion
 from rmfs_core.rules import RuleSet
-from rmfs_core.scenario.model import (
-    InstanceSection,
-    LayoutSection,
-    RobotsSection,
-    RuleChoice,
-    RulesSection,
-    RunSection,
-    Scenario,
-    StationsSection,
-)
+from rmfs_core.scenario import RuleChoice, Scenario, model
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.warehouse import WarehouseView
 from rmfs_core.world import Instance, Layout
@@ -78,7 +69,7 @@ def tiny() -> RunInfo:
     orders = {"first": ["a", "b"], "second": {"a": 2}}
     pods = {"p": {"a": 10, "b": 10}, "q": ["b"]}
     return RunInfo(
-        scenario=Scenario(rules=RulesSection(poa=RuleChoice("first-come"), pps=RuleChoice("demand")), seed=7),
+        scenario=Scenario(rules=model.RulesSection(poa=RuleChoice("first-come"), pps=RuleChoice("demand")), seed=7),
         instance=small_instance(orders, pods, arrivals_s={"second": 5.0}),
         layout=small_layout(2),
         motion=Motion(),
@@ -162,7 +153,7 @@ def tiny_run(tmp_path: Path) -> Callable[..., ToldRun]:
         capacity: int | tuple[int, ...] = 15,
         order_capacity: int | None = None,
         queue_length: int = 3,
-        run: RunSection | None = None,
+        run: model.RunSection | None = None,
         at_stations: dict[str, tuple[str, ...]] | None = None,
         seed: int = 1,
         change: Callable[[Scenario], Scenario] = lambda scenario: scenario,
@@ -176,13 +167,15 @@ def tiny_run(tmp_path: Path) -> Callable[..., ToldRun]:
         )
         choices = {r: c if isinstance(c, RuleChoice) else RuleChoice(c) for r, c in chosen.items()}
         scenario = Scenario(
-            rules=RulesSection(filters=filters, observers=observers, **choices),
+            rules=model.RulesSection(filters=filters, observers=observers, **choices),
             seed=seed,
-            instance=InstanceSection(pods_at_stations=at_stations or {}),
-            layout=LayoutSection(pod_fill=0.05),
-            robots=RobotsSection(count=robots),
-            stations=StationsSection(item_capacity=capacity, order_capacity=order_capacity, queue_length=queue_length),
-            run=run or RunSection(),
+            instance=model.InstanceSection(pods_at_stations=at_stations or {}),
+            layout=model.LayoutSection(pod_fill=0.05),
+            robots=model.RobotsSection(count=robots),
+            stations=model.StationsSection(
+                item_capacity=capacity, order_capacity=order_capacity, queue_length=queue_length
+            ),
+            run=run or model.RunSection(),
             folder=str(tmp_path),
         )
         scenario = change(scenario)

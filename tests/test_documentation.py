@@ -18,7 +18,7 @@ from rmfs_commands.cli.main import rmfs
 from rmfs_commands.cli.summary import GAPS, PROFILE
 from rmfs_commands.details.catalogue import DETAILS, LATENESS, METRICS, OPENING, UNBUSY
 from rmfs_commands.results.figures import TIMING
-from rmfs_commands.testing import ConformanceReport, check_rule
+from rmfs_commands.testing import check_rule
 from rmfs_core import hookspecs, run
 from rmfs_core.hookspecs import DecisionHooks, FilterHooks, ObserverHooks, TimeHooks
 from rmfs_core.roles import Role
@@ -39,16 +39,15 @@ EVERYTHING = "".join(path.read_text(encoding="utf-8") for path in sorted(DOCS.rg
 
 
 # Hooks
-def hooks_of(*groups: type) -> dict[str, str]:
-    return {
-        name: inspect.getdoc(hook) or ""
-        for group in groups
-        for name, hook in vars(group).items()
-        if inspect.isfunction(hook)
-    }
 
 
-HOOKS = hooks_of(DecisionHooks, FilterHooks, TimeHooks, ObserverHooks)
+GROUPS = (DecisionHooks, FilterHooks, TimeHooks, ObserverHooks)
+HOOKS = {
+    name: inspect.getdoc(hook) or ""
+    for group in GROUPS
+    for name, hook in vars(group).items()
+    if inspect.isfunction(hook)
+}
 PREAMBLE, *_EXAMPLES = re.split(r"^@define\n", page("reference/hook_examples.py"), flags=re.MULTILINE)
 DECIDED = {role.hook for role in Role if role is not Role.OBSERVER}
 """Hooks whose examples are templates of `rmfs new-rule`, which has tests of its own."""
@@ -58,29 +57,9 @@ EXAMPLES = {
 """The example of each other hook, in the order of the hooks."""
 
 
-def gaps_in_hooks(hooks: dict[str, str]) -> list[str]:
-    gaps = []
-    for name, doc in hooks.items():
-        description = re.split(r"\n\n(?:Parameters\n---|Returns\n---)", doc)[0]
-        if not re.match(r"[A-Z].*\.$", description, re.DOTALL):
-            gaps.append(f"{name} has no description")
-        if name not in EXAMPLES and name not in DECIDED:
-            gaps.append(f"{name} has no example")
-    return gaps
-
-
-def run_example(hook: str, code: str) -> ConformanceReport:
-    """Run a hook's example, a rule that implements that hook, in the conformance suite."""
-    names: dict[str, Any] = {"__name__": "example"}
-    exec(PREAMBLE + code, names)
-    (rule,) = (thing for thing in names.values() if getattr(thing, "__module__", "") == "example")
-    assert hook in marked_methods(rule)
-    return check_rule(rule())
-
-
 def test_every_hook_has_its_row_and_its_arguments() -> None:
     shown = page("reference/hooks.md") + GENERATED["hooks"]() + GENERATED["decisions"]()
-    for group in (DecisionHooks, FilterHooks, TimeHooks, ObserverHooks):
+    for group in GROUPS:
         for name, hook in vars(group).items():
             if name.startswith("_"):
                 continue
@@ -95,13 +74,20 @@ def test_every_hook_has_its_row_and_its_arguments() -> None:
 
 
 def test_every_hook_has_a_description_and_an_example() -> None:
-    assert gaps_in_hooks(HOOKS) == []
+    for name, doc in HOOKS.items():
+        description = re.split(r"\n\n(?:Parameters\n---|Returns\n---)", doc)[0]
+        assert re.match(r"[A-Z].*\.$", description, re.DOTALL), name
+        assert name in EXAMPLES or name in DECIDED, name
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("hook", EXAMPLES)
 def test_the_example_of_a_hook_runs(hook: str) -> None:
-    assert run_example(hook, EXAMPLES[hook]).times[hook].calls > 0
+    names: dict[str, Any] = {"__name__": "example"}
+    exec(PREAMBLE + EXAMPLES[hook], names)
+    (rule,) = (thing for thing in names.values() if getattr(thing, "__module__", "") == "example")
+    assert hook in marked_methods(rule)
+    assert check_rule(rule()).times[hook].calls > 0
 
 
 # Rules
@@ -177,6 +163,9 @@ def test_every_command_and_option_is_documented() -> None:
 
 
 # Scenario keys
+UNITS = {"_s": "s", "_per_s": "m/s", "_per_s2": "m/s^2", "_per_hour": "1/h"}
+
+
 def gaps_in_keys(section: type, reference: str, prefix: str = "") -> Iterator[str]:
     """List keys without a meaning, times without their unit, and keys that are not in the reference with both."""
     attrs.resolve_types(section)
@@ -191,7 +180,8 @@ def gaps_in_keys(section: type, reference: str, prefix: str = "") -> Iterator[st
         if kinds and RuleChoice not in kinds:
             yield from gaps_in_keys(kinds[0], reference, f"{path}.")
             continue
-        if key.name.endswith("_s") and not key.name.endswith("_per_s") and unit != "s":
+        ending = re.search(r"(_per_s2?|_per_hour|_s)$", key.name)
+        if ending and unit != UNITS[ending[1]]:
             yield f"{path} has no unit"
         row = next((line for line in reference.splitlines() if line.startswith(f"| `{path}` |")), "")
         if not row.replace("\\|", "|").endswith(f"| {unit} | {meaning} |"):
@@ -203,14 +193,11 @@ def test_every_scenario_key_is_documented() -> None:
 
 
 # Needs and the conformance suite
-def gaps_in_needs(needs: Any, text: str) -> list[str]:
-    return [need for need in needs if f'| `"{need}"` |' not in text]
 
 
 def test_every_need_is_documented() -> None:
-    """Every need of a rule is in the reference; a gap would be found."""
-    assert gaps_in_needs(NEEDS, GENERATED["needs"]()) == []
-    assert gaps_in_needs(["magic"], GENERATED["needs"]()) == ["magic"]
+    text = GENERATED["needs"]()
+    assert [need for need in NEEDS if f'| `"{need}"` |' not in text] == []
 
 
 def test_every_finding_is_documented() -> None:
@@ -278,7 +265,6 @@ SHOWN = (
 
 
 def test_the_glossary_defines_what_a_run_prints() -> None:
-    """The label of every metric and timing figure, and the words of the tables; a gap would be found."""
     defined = terms(page("reference/glossary.md"))
     ours = (*DETAILS, *OPENING, *LATENESS, *UNBUSY, *GAPS)
     metrics = (*(m for group in METRICS.values() for m in group), *TIMING, *ours)

@@ -28,18 +28,14 @@ def test_example_2_sequential() -> None:
 
 
 @pytest.mark.slow
-def test_makespan_of_the_250_order_instances(capsys: pytest.CaptureFixture[str]) -> None:
+def test_makespan_of_the_250_order_instances() -> None:
     makespans = {}
     for skus, pods, alpha in product((20, 100), (50, 100), (2, 3)):
         overrides = [f"instance.skus={skus}", f"instance.pods={pods}", f"instance.skus_per_pod={alpha}"]
         result = rmfs_core.run("paper-250", overrides=overrides)
         assert result.status == "complete"
         makespans[skus, pods, alpha] = result.metrics["makespan_s"]
-    with capsys.disabled():
-        print(f"\nmean makespan {mean(makespans.values()):.0f} s; implied by the paper {IMPLIED_MAKESPAN_S} s")
-        for (skus, pods, alpha), makespan in makespans.items():
-            print(f"  |I| {skus:3}, |P| {pods:3}, alpha {alpha}: {makespan:.0f} s")
-    assert mean(makespans.values()) == pytest.approx(IMPLIED_MAKESPAN_S, rel=0.25)
+    assert mean(makespans.values()) == pytest.approx(IMPLIED_MAKESPAN_S, rel=0.25), makespans
 
 
 FOLDER = shipped_folder() / "parity"
@@ -70,7 +66,6 @@ def test_items_per_hour_are_those_of_rawsim_o(settings, items, within, tmp_path)
 
 
 def test_every_order_has_a_name_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
-    """All orders that RAWSim-O wrote out are orders here, and none appears again after others."""
     result = rmfs_core.run("parity/rawsim-o", overrides=["run.until_s=1"])
     named = {row.partition(",")[0] for row in (FOLDER / "orders.csv").read_text().splitlines()[1:]}
     assert len(named) == result.metrics["orders_total"] == 6024

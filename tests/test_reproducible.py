@@ -64,14 +64,8 @@ RUNS = {
     "sipp": SMALL,
     "sipp, another seed": (*SMALL, "seed=2"),
     "whca-n": (*SMALL, 'rules.pp="whca-n"'),
-    "pbs": (*SMALL, 'rules.pp="pbs"'),
-    "pod-index": (*SMALL, 'rules.poa_pps="pod-index"', 'rules.ta="nearest-robot"'),
-    "lns": (*SMALL, 'rules.poa_pps="lns"'),
-    "integrated": (*SMALL, 'rules.poa_pps="integrated"'),
     "split-over-time on two threads": (*SMALL, 'rules.poa_pps={rule="split-over-time", threads=2}'),
     "bundles": ("examples/replenished", "run.until_s=1800"),
-    "batteries": ("examples/charging", "run.until_s=900"),
-    "a map": ("examples/text-map", "instance.orders=20"),
 }
 """Scenario and overrides of each run; `examples/small` has `sipp` for PP."""
 
@@ -102,21 +96,9 @@ def written(name: str, out: Path) -> dict[str, bytes]:
     return {file: (out / file).read_bytes() for file in FILES}
 
 
-@pytest.mark.slow
-@pytest.mark.usefixtures("hasty")
-def test_runs_in_threads_write_what_they_write_alone(tmp_path: Path) -> None:
-    alone = {name: written(name, tmp_path / "alone" / name) for name in RUNS}
-    twice = [(name, tmp_path / f"{copy}" / name) for name in RUNS for copy in range(2)]
-    with ThreadPoolExecutor(4) as threads:
-        together = list(threads.map(lambda one: written(*one), twice))
-    for (name, _), files in zip(twice, together, strict=True):
-        for file in FILES:
-            assert files[file] == alone[name][file], f"{name}, {file}"
-
-
 @pytest.mark.usefixtures("hasty")
 def test_runs_in_two_threads_write_what_they_write_alone(tmp_path: Path) -> None:
-    names = ("sipp", "sipp, another seed", "whca-n", "sipp")
+    names = (*RUNS, "sipp")
     alone = {name: written(name, tmp_path / name) for name in names}
     with ThreadPoolExecutor(2) as threads:
         together = list(threads.map(written, names, [tmp_path / f"run {number}" for number in range(len(names))]))

@@ -79,31 +79,14 @@ def test_its_observer_and_recorder_write_beside_the_results(place: Any) -> None:
 
 def test_its_layouts_are_layouts(place: Any) -> None:
     (place.folder / "hall.runs").write_text("6# 5.\n7. 2q 1O 1.\n6# 5.\n", encoding="utf-8")
-    small = (
-        "--set",
-        "instance.orders=5",
-        "--set",
-        "robots.count=2",
-        "--set",
-        "instance.pods=5",
-        "--set",
-        "instance.skus=5",
-    )
-    for name, keys in (
-        ("acme-aisle", {"block_length": 9}),
-        ("acme-runs", {"map_file": "hall.runs", "generator": "acme-runs"}),
-    ):
-        given = [
-            word for key, value in {"generator": name, **keys}.items() for word in ("--set", f"layout.{key}={value}")
-        ]
+    small = [f"--set={key}" for key in ("instance.orders=5", "robots.count=2", "instance.pods=5", "instance.skus=5")]
+    for name, key, locations in (("acme-aisle", "block_length=9", 18), ("acme-runs", "map_file=hall.runs", 12)):
+        given = (f"--set=layout.generator={name}", f"--set=layout.{key}")
         place.call(*RMFS, "run", "watched.toml", "--out", name, "--trace", *small, *given)
         result = json.loads((place.folder / name / "result.json").read_text("utf-8"))
         assert (result["status"], result["versions"]["acme"]) == ("complete", "2.0")
         assert "no fault" in place.call(*RMFS, "validate", name)
-        assert (
-            place.call(*RMFS, "scenario", "map", "watched.toml", *given).count("#")
-            == {"acme-aisle": 18, "acme-runs": 12}[name]
-        )
+        assert place.call(*RMFS, "scenario", "map", "watched.toml", *given).count("#") == locations
 
 
 def test_its_metrics_are_metrics(place: Any) -> None:

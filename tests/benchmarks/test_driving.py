@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 import rmfs_core
+from rmfs_commands.validation import validate_trace
 
 FAST_PICKS = ("stations.pick_s=1.0", "stations.handle_s=1.0")
 """With the paper's pick times the pickers are the bottleneck, and no path planning changes what they do."""
@@ -25,33 +26,28 @@ LARGE = (
 )
 """2,520 storage locations and 16 stations."""
 
-HUGE = """
-import json, resource, sys, time
-import rmfs_core
-from rmfs_commands.testing import validate_trace
-begun = time.process_time()
-rmfs_core.run("large/large", overrides=["run.until_s=1"])
-started = time.process_time()
-settings = [f"run.until_s={sys.argv[1]}"]
-metrics = rmfs_core.run("large/large", overrides=settings, out=sys.argv[2], record=["trace"]).metrics
-cpu_s = time.process_time() - started
-peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-faults = [str(fault) for fault in validate_trace(sys.argv[2])]
-print(json.dumps([faults, started - begun, metrics["simulated_s"] / cpu_s, peak_mb]))
-"""
-
-
 MEASURED = """
 import json, resource, sys, time
 import rmfs_core
-overrides = sys.argv[1:]
-rmfs_core.run("paper-250", overrides=[*overrides, "instance.orders=20"])  # compile, import, and fill nothing else
-started = time.perf_counter()
-result = rmfs_core.run("paper-250", overrides=overrides)
-seconds = time.perf_counter() - started
+scenario, warm, overrides, out = json.loads(sys.argv[1])
+begun = time.process_time()
+rmfs_core.run(scenario, overrides=[*overrides, warm])  # compile, import, and fill nothing else
+started = time.process_time()
+result = rmfs_core.run(scenario, overrides=overrides, out=out, record=["trace"] if out else ())
+cpu_s = time.process_time() - started
 peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-print(json.dumps([result.status, result.metrics["makespan_s"], seconds, peak_mb]))
+print(json.dumps([result.status, started - begun, result.metrics["simulated_s"] / cpu_s, peak_mb]))
 """
+
+
+def measured(
+    scenario: str, warm: str, overrides: list[str], out: Path | None = None
+) -> tuple[str, float, float, float]:
+    """Return how a run in a process of its own ends, CPU seconds of a first one, seconds per CPU second, and MB."""
+    told = json.dumps([scenario, warm, overrides, None if out is None else str(out)])
+    done = subprocess.run([sys.executable, "-c", MEASURED, told], check=True, capture_output=True)
+    status, start_s, simulated_s_per_s, peak_mb = json.loads(done.stdout)
+    return status, start_s, simulated_s_per_s, peak_mb
 
 
 def pods_per_hour(pp: str, robots: int, seed: int, *overrides: str) -> float:
@@ -61,7 +57,6 @@ def pods_per_hour(pp: str, robots: int, seed: int, *overrides: str) -> float:
     return float(metrics["pod_station_visits"] / metrics["makespan_s"] * 3600)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("robots", "bar"), [(8, 1.05), (32, 1.15)])
 def test_sipp_brings_more_pods(benchmark: Any, robots: int, bar: float) -> None:
     """Bar: `sipp` brings so many times the pods of `whca-n`, mean of five seeds, where robots are the bottleneck."""
@@ -88,38 +83,24 @@ def test_sipp_brings_more_pods(benchmark: Any, robots: int, bar: float) -> None:
 def test_a_whole_run_with_sipp(benchmark: Any, settings: tuple[str, ...], bar: float) -> None:
     """Bar: so many simulated seconds per second with 250 orders, in less than 500 MB."""
 
-    def measure() -> tuple[str, float, float, float]:
-        command = [sys.executable, "-c", MEASURED, "rules.pp=sipp", *settings]
-        found: tuple[str, float, float, float] = json.loads(
-            subprocess.run(command, check=True, capture_output=True).stdout
-        )
-        return found
-
-    status, simulated_s, seconds, peak_mb = benchmark.pedantic(measure, rounds=1)
+    run = ("paper-250", "instance.orders=20", ["rules.pp=sipp", *settings])
+    status, _, simulated_s_per_s, peak_mb = benchmark.pedantic(measured, args=run, rounds=1)
     assert status == "complete"
     if benchmark.enabled:
-        benchmark.extra_info["simulated_s_per_s"] = round(simulated_s / seconds)
-        benchmark.extra_info["peak_mb"] = round(peak_mb)
-        assert simulated_s / seconds >= bar
+        benchmark.extra_info.update(simulated_s_per_s=round(simulated_s_per_s), peak_mb=round(peak_mb))
+        assert simulated_s_per_s >= bar
         assert peak_mb < 500
 
 
-@pytest.mark.slow
 def test_twenty_thousand_locations(benchmark: Any, tmp_path: Path) -> None:
     """Bar: 500 robots start within 20 s of CPU and need less than 3 GB; 20 simulated seconds per CPU second.
 
     The first half a minute, when all set out at once, takes as long as the next five: a cut of that alone is tested.
     """
-    until_s = 600 if benchmark.enabled else 15
-
-    def measure() -> tuple[list[str], float, float, float]:
-        command = [sys.executable, "-c", HUGE, str(until_s), str(tmp_path)]
-        told = subprocess.run(command, check=True, capture_output=True).stdout
-        found: tuple[list[str], float, float, float] = json.loads(told)
-        return found
-
-    faults, start_s, simulated_s_per_s, peak_mb = benchmark.pedantic(measure, rounds=1)
-    assert faults == []
+    until = f"run.until_s={600 if benchmark.enabled else 15}"
+    run = ("large/large", "run.until_s=1", [until], tmp_path)
+    _, start_s, simulated_s_per_s, peak_mb = benchmark.pedantic(measured, args=run, rounds=1)
+    assert validate_trace(tmp_path) == []
     assert peak_mb < 3000
     if benchmark.enabled:
         benchmark.extra_info.update(start_s=round(start_s), simulated_s_per_s=round(simulated_s_per_s))
@@ -127,7 +108,6 @@ def test_twenty_thousand_locations(benchmark: Any, tmp_path: Path) -> None:
         assert simulated_s_per_s >= 20
 
 
-@pytest.mark.slow
 def test_straight_queues_bring_more_pods(benchmark: Any) -> None:
     """Bar: 64 robots bring 1.25 times the pods of the paper's layout, which has as many stations and locations."""
     until_s = 1800 if benchmark.enabled else 900

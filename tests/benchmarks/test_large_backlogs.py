@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -67,9 +66,13 @@ COUNTS = pytest.mark.parametrize("counts", [[], ["stations.order_capacity=6"]], 
 def run_of(benchmark: Any, monkeypatch: pytest.MonkeyPatch, rule: str, counts: list[str]) -> Callable[[int], float]:
     """Return what tells the time of a period in us by the size of a backlog that is refilled."""
     world = [*SKUS, "instance.pods=428", "run.until_s=600"]
-    joint = rule in JOINT
-    rules = [f"rules.poa_pps={rule}"] if joint else [f"rules.poa={rule}", "rules.pps=demand"]
-    roles = (Role.POA_PPS,) if joint else (Role.POA, Role.PPS)
+    match rule:
+        case "most-covered":
+            rules, roles = ["rules.filters=[{rule='most-covered',n=20}]"], (Role.FILTER, Role.POA, Role.PPS)
+        case "pod-index" | "alternating" | "two-stage" | "lns":
+            rules, roles = [f"rules.poa_pps={rule}"], (Role.POA_PPS,)
+        case _:
+            rules, roles = [f"rules.poa={rule}", "rules.pps=demand"], (Role.POA, Role.PPS)
 
     def run(backlog: int) -> float:
         orders = [f"instance.orders={backlog + 2000}", f"instance.arrivals.backlog={backlog}"]
@@ -90,7 +93,7 @@ def test_a_period_of_the_default_rules(benchmark: Any, monkeypatch: pytest.Monke
 
 
 @COUNTS
-@pytest.mark.parametrize("rule", ["station-queue", *JOINT])
+@pytest.mark.parametrize("rule", ["station-queue", *JOINT, "pod-index", "most-covered"])
 def test_a_period_of_a_large_backlog(
     benchmark: Any, monkeypatch: pytest.MonkeyPatch, rule: str, counts: list[str]
 ) -> None:
@@ -188,45 +191,22 @@ def test_a_pod_is_given_a_sku_that_it_never_held(benchmark: Any, monkeypatch: py
     hold_to(benchmark, run, 500, 5000, 2, 600)
 
 
-SCENARIO = """
-[instance]
-orders_file = "orders.csv"
-pods_file = "pods.csv"
-[layout]
-block_rows = 3
-block_columns = 2
-stations_east = 1
-[robots]
-count = 2
-[rules]
-poa = "pod-match"
-pps = "demand"
-pr = "nearest"
-ta = "balanced"
-pp = "whca-n"
-[run]
-until_s = 20000
-"""
-PICKS, RUNS = 1_536, 5
+WORLDS = {
+    "grocery-day": ("grocery-day", ["rules.ta=nearest-robot"], 25_200),
+    "10,000 orders": ("paper-250", ["instance.orders=10000"], 300),
+}
 
 
-def test_picks_of_a_line_of_a_million_items(benchmark: Any, tmp_path: Path) -> None:
-    """Bar: at most twice the CPU time of as many picks of a line of 10,000 items: of each the least of five runs."""
-    (tmp_path / "scenario.toml").write_text(SCENARIO)
-    (tmp_path / "pods.csv").write_text("pod,sku,quantity\np,1,500\nq,1,\n")
+@pytest.mark.parametrize("world", WORLDS)
+def test_decisions_an_order(benchmark: Any, world: str) -> None:
+    """Time that ``pod-index`` took, to the orders that were completed; where nothing is timed, the beginning will do.
 
-    def least_s(items: int) -> float:
-        (tmp_path / "orders.csv").write_text(f"order,arrival_s,sku,quantity\n1,0,1,{items}\n")
-        took = []
-        for _ in range(RUNS):
-            begin = time.process_time()
-            result = rmfs_core.run(tmp_path / "scenario.toml")
-            took.append(time.process_time() - begin)
-            assert abs(result.metrics["picks"] - PICKS) < 10
-        return min(took)
-
-    least_s(10_000)  # what is compiled is loaded
-    few = least_s(10_000)
-    many = benchmark.pedantic(least_s, args=(1_000_000,), rounds=1)
-    benchmark.extra_info["quotient"] = many / few
-    assert many <= 2 * few, (few, many)
+    The aim is 1 ms on a machine that does nothing else; no run fails for that.
+    """
+    name, more, short_s = WORLDS[world]
+    end_s = 8000 if world == "10,000 orders" else 10**6
+    overrides = ["rules.poa_pps=pod-index", *more, f"run.until_s={end_s if benchmark.enabled else short_s}"]
+    result = benchmark.pedantic(lambda: rmfs_core.run(name, overrides=overrides), rounds=1)
+    orders = result.metrics["orders_completed"]
+    assert orders > 0
+    benchmark.extra_info["decisions_ms_an_order"] = 1000 * sum(one["seconds"] for one in result.periods) / orders

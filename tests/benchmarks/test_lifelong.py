@@ -79,11 +79,3 @@ def test_tasks_among_others(benchmark: Any, robots: int) -> None:
     benchmark.extra_info["tasks_a_step"] = round(done / steps, 3)
     benchmark.extra_info["ratio"] = round(done / alone, 3)
     assert done >= (RATIOS[robots] if benchmark.enabled else 0.9 * RATIOS[robots]) * alone
-
-
-def test_the_map() -> None:
-    """A sixth of the map are shelves; each of their cells has an endpoint above and below."""
-    roads, ends = centre()
-    assert (roads.layout.kind == 0).sum() == 240
-    assert len(ends) == 480
-    assert all(roads.travel.times_to(ends[0], False)[end, 0] < 100 * STEP for end in ends)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from attrs import evolve, frozen
+from attrs import evolve
 
 import rmfs_core
 from rmfs_core.scenario import load_scenario
@@ -56,47 +56,35 @@ def compiled() -> None:
         solved(first_period("instance.orders=20"), model)
 
 
-@pytest.mark.slow
+def proven(benchmark: Any, size: tuple[int, int, int, int], model: Model, most_s: float, **capacity: int) -> None:
+    """Prove the optimum of a first period within a bar, in seconds of CPU time."""
+    proof = proof_of(first_period(*of_size(*size), packing=False), model, 2, Limits(), **capacity)
+    start = time.process_time()
+    solution = benchmark.pedantic(proof.run, rounds=1)
+    cpu_s = time.process_time() - start
+    assert (solution.bound, solution.stopped_early) == (solution.objective, False)
+    if benchmark.enabled:
+        benchmark.extra_info.update(objective=solution.objective, how=solution.how, cpu_s=cpu_s)
+        assert cpu_s <= most_s
+
+
 @pytest.mark.parametrize("instance", INSTANCES, ids=lambda instance: "-".join(map(str, instance)))
 @pytest.mark.parametrize("model", Model)
 def test_first_period(benchmark: Any, model: Model, instance: tuple[int, int, int, int]) -> None:
     """Proven within the bar: 2 s (split-over-time), 30 s (split-among-stations), 120 s (integrated)."""
-    period = first_period(*of_size(*instance), packing=False)
-    solution = benchmark.pedantic(lambda: proof_of(period, model, 2, Limits()).run(), rounds=1)
-    assert solution.bound == solution.objective
-    assert not solution.stopped_early
-    if benchmark.enabled:
-        benchmark.extra_info.update(objective=solution.objective, how=solution.how)
-        assert benchmark.stats.stats.max <= BARS_S[model]
+    proven(benchmark, instance, model, BARS_S[model])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("instance", INSTANCES[-8:], ids=lambda instance: "-".join(map(str, instance)))
 def test_first_period_with_packing_capacity(benchmark: Any, instance: tuple[int, int, int, int]) -> None:
     """Split-among-stations with room for ten split orders, 250 orders: proven within 10 s."""
-    period = first_period(*of_size(*instance), packing=False)
-    proof = proof_of(period, Model.SPLIT_AMONG_STATIONS, 2, Limits(), packing_capacity=10)
-    solution = benchmark.pedantic(proof.run, rounds=1)
-    assert solution.bound == solution.objective
-    assert not solution.stopped_early
-    if benchmark.enabled:
-        benchmark.extra_info.update(objective=solution.objective, how=solution.how)
-        assert benchmark.stats.stats.max <= 10
+    proven(benchmark, instance, Model.SPLIT_AMONG_STATIONS, 10, packing_capacity=10)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("orders", [28, 30])
 def test_first_period_of_few_orders(benchmark: Any, orders: int) -> None:
     """Integrated with hardly more to assign than places: proven within 1 s of CPU."""
-    period = first_period(*of_size(orders, 100, 100, 3), packing=False)
-    start = time.process_time()
-    solution = benchmark.pedantic(lambda: proof_of(period, Model.INTEGRATED, 2, Limits()).run(), rounds=1)
-    seconds = time.process_time() - start
-    assert solution.bound == solution.objective
-    assert not solution.stopped_early
-    if benchmark.enabled:
-        benchmark.extra_info.update(cpu_s=seconds)
-        assert seconds <= 1
+    proven(benchmark, (orders, 100, 100, 3), Model.INTEGRATED, 1)
 
 
 RULES = {
@@ -148,8 +136,8 @@ def solved(period: Period, model: Model, weight: float = 2, capacity: int | None
     return seconds, solution
 
 
-def seconds_of(rule: Any, monkeypatch: pytest.MonkeyPatch) -> list[float]:
-    """Return a list to which each period that a rule solves from now on adds its CPU seconds."""
+def seconds_of(rule: Any, monkeypatch: pytest.MonkeyPatch, periods: list[Period] | None = None) -> list[float]:
+    """Return a list to which each period that a rule solves from now on adds its CPU seconds; ``periods`` get it."""
     taken: list[float] = []
     solve = rule.solve
 
@@ -157,13 +145,14 @@ def seconds_of(rule: Any, monkeypatch: pytest.MonkeyPatch) -> list[float]:
         start = time.process_time()
         solution: Solution = solve(rule, period, *capacity)
         taken.append(time.process_time() - start)
+        if periods is not None:
+            periods.append(evolve(period))  # as it was before anything was derived from it
         return solution
 
     monkeypatch.setattr(rule, "solve", timed)
     return taken
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])
 @pytest.mark.parametrize("model", Model)
 def test_first_period_of_real_size(benchmark: Any, model: Model, seed: int) -> None:
@@ -176,7 +165,6 @@ def test_first_period_of_real_size(benchmark: Any, model: Model, seed: int) -> N
         assert seconds <= 2
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("model", Model)
 def test_later_periods_of_real_size(benchmark: Any, model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
     """There, the median of the later periods is under 5 ms."""
@@ -188,7 +176,6 @@ def test_later_periods_of_real_size(benchmark: Any, model: Model, monkeypatch: p
         assert median(taken[1:]) < 0.005
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("model", Model)
 def test_periods_with_finite_stock(benchmark: Any, model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
     """250 orders, 100 SKUs, 100 pods with 3 items of each SKU: each proven; median 5 ms, 95th percentile 50 ms."""
@@ -203,7 +190,6 @@ def test_periods_with_finite_stock(benchmark: Any, model: Model, monkeypatch: py
         assert np.quantile(taken[1:], 0.95) <= 0.05
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("size", "most_s", "most_later_s"),
     [((10_000, 10_000, 1000, 50, 20), 5.0, 0.02), ((50_000, 1000, 428, 12, 4), 5.0, 0.02)],
@@ -221,7 +207,6 @@ def test_long_backlogs(benchmark: Any, model: Model, size: Any, most_s: float, m
         assert median(seconds) <= most_later_s
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", CORNERS)
 def test_corners(benchmark: Any, name: str) -> None:
     """A weight that is not whole, or few split orders, at t = 1: within 10 s there is an answer with its gap."""
@@ -240,56 +225,12 @@ FASTER = {Model.INTEGRATED: 20, Model.SPLIT_AMONG_STATIONS: 20, Model.SPLIT_OVER
 ORDERS_250 = list(product((20, 100), (50, 100), (2, 3)))
 
 
-@frozen
-class Recorded:
-    """The periods t > 1 of a whole run and the seconds that each decision took."""
-
-    periods: list[Period]
-    seconds: list[float]
-
-    def some(self, number: int) -> list[Period]:
-        """About so many of the periods, as they were before anything was derived from them."""
-        return [evolve(period) for period in self.periods[:: max(len(self.periods) // number, 1)]]
-
-
 def run(model: Model, skus: int, pods: int, alpha: int) -> rmfs_core.Result:
     """Run an instance with 250 orders; other robots are ignored, because their paths are not measured here."""
-    numbers = {"skus": skus, "pods": pods, "skus_per_pod": alpha}
-    overrides = [f"instance.{key}={number}" for key, number in numbers.items()]
-    result = rmfs_core.run(f"paper-250-{model}", overrides=[*overrides, "rules.pp=free-flow"])
+    overrides = [*of_size(250, skus, pods, alpha), "rules.pp=free-flow"]
+    result = rmfs_core.run(f"paper-250-{model}", overrides=overrides)
     assert result.status == "complete"
     return result
-
-
-@pytest.fixture(scope="module")
-def recorded() -> dict[Model, Recorded]:
-    """Record a run of each model on an instance with 100 SKUs, 100 pods, 3 SKUs per pod."""
-    runs = {}
-    for model, rule in RULES.items():
-        solve = rule.solve
-        periods: list[Period] = []
-        seconds: list[float] = []
-
-        def record(
-            rule: Any,
-            period: Period,
-            packing: int | None = None,
-            *,
-            solve: Any = solve,
-            periods: list = periods,
-            seconds: list = seconds,
-        ) -> Any:
-            start = time.perf_counter()
-            solution = solve(rule, period, packing)
-            seconds.append(time.perf_counter() - start)
-            periods.append(evolve(period))
-            return solution
-
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(rule, "solve", record)
-            run(model, 100, 100, 3)
-        runs[model] = Recorded(periods[1:], seconds[1:])
-    return runs
 
 
 def timed(rule: Any, periods: list[Period]) -> tuple[list[float], list[Solution]]:
@@ -302,42 +243,35 @@ def timed(rule: Any, periods: list[Period]) -> tuple[list[float], list[Solution]
     return seconds, solutions
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("model", Model)
-def test_later_periods(benchmark: Any, recorded: dict[Model, Recorded], model: Model, capsys: Any) -> None:
-    """Periods t > 1 against the printed form with CBC: median and 95th percentile."""
-    taken = recorded[model]
-    number = 60 if benchmark.enabled else 5
-    ours, fast = timed(RULES[model](), taken.some(number))
-    printed, slow = timed(RULES[model](formulation="paper", solver="cbc"), taken.some(number))
+def test_later_periods(benchmark: Any, model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Periods t > 1 of a run against the printed form with CBC: median and 95th percentile."""
+    periods: list[Period] = []
+    with monkeypatch.context() as patch:
+        in_run = seconds_of(RULES[model], patch, periods)
+        run(model, 100, 100, 3)
+    del in_run[0], periods[0]
+    some = periods[:: max(len(periods) // (60 if benchmark.enabled else 5), 1)]
+    ours, fast = timed(RULES[model](), [*map(evolve, some)])
+    printed, slow = timed(RULES[model](formulation="paper", solver="cbc"), [*map(evolve, some)])
     assert [solution.objective for solution in fast] == [solution.objective for solution in slow]
-    tail = float(np.quantile(taken.seconds, 0.95))
-    with capsys.disabled():
-        print(
-            f"\n{model}: median {median(ours) * 1e3:.3f} ms against {median(printed) * 1e3:.1f} ms printed with CBC "
-            f"({median(printed) / median(ours):.0f} times); in the run: median {median(taken.seconds) * 1e3:.3f} ms, "
-            f"95th percentile {tail * 1e3:.1f} ms"
-        )
-    benchmark.pedantic(RULES[model]().solve, args=(taken.some(1)[0],), rounds=1)
+    tail = float(np.quantile(in_run, 0.95))
+    benchmark.extra_info.update(ours_s=median(ours), printed_s=median(printed), in_run_s=median(in_run), tail_s=tail)
+    benchmark.pedantic(RULES[model]().solve, args=(evolve(periods[0]),), rounds=1)
     if benchmark.enabled:
         assert median(printed) / median(ours) >= FASTER[model]
-        assert median(taken.seconds) < 0.005
+        assert median(in_run) < 0.005
         assert tail < 0.03
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("model", Model)
-def test_whole_runs(benchmark: Any, model: Model, capsys: Any) -> None:
+def test_whole_runs(benchmark: Any, model: Model) -> None:
     """Seconds per order and share of simulated time at t > 1, means of the 250-order set: a fiftieth of the paper's."""
     instances = ORDERS_250 if benchmark.enabled else ORDERS_250[-1:]
     results = benchmark.pedantic(lambda: [run(model, *instance) for instance in instances], rounds=1)
     per_order = mean(result.timing["decision_s_per_order"] for result in results)
     percent = mean(result.timing["decision_percent_of_simulated"] for result in results)
-    with capsys.disabled():
-        print(
-            f"\n{model}: {per_order:.4f} s per order (paper {PAPER_S_PER_ORDER[model]}), "
-            f"{percent:.4f} % of simulated time (paper {PAPER_PERCENT_OF_SIMULATED[model]} %)"
-        )
+    benchmark.extra_info.update(s_per_order=per_order, percent_of_simulated=percent)
     if benchmark.enabled:
         assert per_order <= PAPER_S_PER_ORDER[model] / 50
         assert percent <= PAPER_PERCENT_OF_SIMULATED[model] / 50

@@ -22,7 +22,6 @@ from w9_pathfinding.mapf import ReservationTable, SpaceTimeAStar
 import plain_sipp as plain
 from crowds import crowd, newcomer, paper_roads, two_way, with_goal
 from rmfs_rules.sipp import Sipp
-from rmfs_rules.whca import WhcaN
 from rmfs_traffic import FOREVER, Query, Reservations, Roads
 
 QUERIES = 100
@@ -118,11 +117,3 @@ def test_sipp_against_the_peer(benchmark: Any, robots: int) -> None:
         benchmark.extra_info["peer_median_us"] = round(theirs * 1e6, 1)
         benchmark.extra_info["peer_found"] = found
         assert ours <= theirs
-
-
-@pytest.mark.parametrize("robots", [8, 32])
-def test_whca(benchmark: Any, robots: int) -> None:
-    """A query of `whca-n` with its window of 20 s; no bar."""
-    roads, table, queries = scene(robots)
-    planner = WhcaN()
-    benchmark.pedantic(lambda: [planner.search(roads, table, query) for query in queries], rounds=5, warmup_rounds=1)

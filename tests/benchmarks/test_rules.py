@@ -38,13 +38,10 @@ SHIPPED = sorted(
     if role is not Role.OBSERVER  # a rule that is told when a run begins decides nothing then
 )
 """Each rule, once for each decision that it makes."""
-LONG = [pytest.mark.slow]
-NAMES = [pytest.param(name, role, marks=LONG if name == "integrated" else []) for name, role in SHIPPED]
-SIZES = [world if world == "small" else pytest.param(world, marks=pytest.mark.slow) for world in WORLDS]
 
 
-@pytest.mark.parametrize("world", SIZES)
-@pytest.mark.parametrize(("name", "role"), NAMES)
+@pytest.mark.parametrize("world", WORLDS)
+@pytest.mark.parametrize(("name", "role"), SHIPPED)
 def test_one_call(
     rule_benchmark: Callable[..., Any],  # noqa: F811 (how pytest hands over a fixture)
     benchmark: Any,
@@ -52,7 +49,6 @@ def test_one_call(
     role: Role,
     world: str,
 ) -> None:
-    """Median of a call in the middle of a run."""
     overrides = [PREFILTER] if role is Role.POA_PPS and world == "2000" else []
     choice = RuleChoice(name, PARAMETERS.get(name, {}))
     rule_benchmark(choice, decides=role.label, world=world, overrides=overrides, at_s=MIDDLE_S)

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 import sys
@@ -22,13 +21,8 @@ from pytest_benchmark.fixture import BenchmarkFixture
 import rmfs_commands.gym
 import rmfs_core
 from copying import copy_of
-from rmfs_commands.bench.worlds import world_with
 from rmfs_commands.experiments import Base, Experiment, Job, Row, RuleSetChoice, Watcher, run_experiment
-from rmfs_commands.instances.generator import generate_instance
-from rmfs_commands.serve.service import SMALL, Service
-from rmfs_core.results.running import run
-from rmfs_core.roles import Role
-from rmfs_core.scenario import InstanceSection, RuleChoice, load_scenario
+from rmfs_core.scenario import load_scenario
 from rmfs_core.world import read_instance
 
 
@@ -77,19 +71,6 @@ def test_help_is_there_at_once(benchmark: Any) -> None:
         assert median(seconds[1:]) < 0.3
 
 
-QUICK = ["rules.pps=nearest-pod", "rules.pr=fixed"]
-
-
-@pytest.mark.parametrize("world", ["small", "250", pytest.param("2000", marks=pytest.mark.slow)])
-def test_a_run_with_quick_rules(benchmark: Any, world: str) -> None:
-    """A whole run; `engine_s` is what is left of it without the rules' own time, `picks_per_s` what that comes to."""
-    scenario = world_with(world, Role.POA, RuleChoice("first-come"), QUICK)
-    result = benchmark(run, scenario)
-    assert result.status == "complete"
-    engine_s = result.timing["wall_s"] - sum(result.timing["hook_s"].values())
-    benchmark.extra_info.update(engine_s=engine_s, picks_per_s=result.metrics["picks"] / engine_s)
-
-
 def test_load_100_000_rows(benchmark: BenchmarkFixture, tmp_path: Path) -> None:
     """100,000 order rows; the aim is under 2 s."""
     rows = "".join(f"W{i // 2},{i // 2},SKU{i * 7 % 5000},{i % 3 + 1}\n" for i in range(100_000))
@@ -98,32 +79,6 @@ def test_load_100_000_rows(benchmark: BenchmarkFixture, tmp_path: Path) -> None:
     (tmp_path / "pods.csv").write_text("pod,sku,quantity\n" + pods, encoding="utf-8")
     instance = benchmark(read_instance, tmp_path / "orders.csv", tmp_path / "pods.csv")
     assert len(instance.orders) == 50_000
-
-
-def test_generate_2000_orders(benchmark: BenchmarkFixture) -> None:
-    """The paper's 2000-order instance; the aim is under 0.3 s."""
-    instance = benchmark(generate_instance, InstanceSection(orders=2000), 1)
-    assert len(instance.orders) == 2000
-
-
-def hall(orders: int) -> dict[str, Any]:
-    """Return a state with eight stations and 1,000 pods."""
-    contents = [{f"s{7 * i % 500}": 3, f"s{11 * i % 500}": 2} for i in range(1000)]
-    return {
-        "format": "rmfs-state",
-        "version": 2,
-        "pods": {f"p{i}": {"contents": held} for i, held in enumerate(contents)},
-        "stations": {f"st{i}": {"item_capacity": 15} for i in range(8)},
-        "orders": {f"o{i}": {"lines": {f"s{13 * i % 500}": 1}, "arrival_s": i} for i in range(orders)},
-        "skus": [f"s{i}" for i in range(500)],
-    }
-
-
-@pytest.mark.parametrize("state", [SMALL, hall(10_000)], ids=["small", "10,000 orders"])
-def test_a_request(benchmark: Any, state: dict[str, Any]) -> None:
-    """One rule, the plainest, so that it is what is around it that is measured."""
-    service, request = Service.of(["first-come"]), json.dumps(dict(state)).encode()
-    assert benchmark(service.answer, request).status == 200
 
 
 @pytest.mark.parametrize("decides", ["POA", "PPS", "PR", "TA"])

@@ -21,17 +21,22 @@ print(twice(Pair(3)))
 """
 
 
+def printed(folder: Path, code: str, *arguments: str) -> str:
+    """Return what a program prints in a fresh Python that imports from a folder, and finds numba's cache there."""
+    variables = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "cache"), "PYTHONPATH": str(folder)}
+    command = [sys.executable, "-c", code, *arguments]
+    return subprocess.run(command, env=variables, capture_output=True, text=True, check=True).stdout
+
+
 @pytest.fixture
 def run_cached(tmp_path: Path) -> Callable[[str], str]:
-    """Run a program in a fresh Python that finds numba's cache in ``tmp_path / "cache"``, and return what it prints."""
-    variables = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path)}
+    """Return what runs the program that is called ``before`` and returns what it prints."""
 
     def run(code: str) -> str:
         program = tmp_path / "before.py"
         if not program.exists() or program.read_text(encoding="utf-8") != code:  # numba looks at the file's time
             program.write_text(code, encoding="utf-8")
-        command = [sys.executable, "-c", "import before"]
-        return subprocess.run(command, env=variables, capture_output=True, text=True, check=True).stdout
+        return printed(tmp_path, "import before")
 
     return run
 
@@ -101,15 +106,9 @@ print(own(1), sum(own.stats.cache_hits.values()), Lazy.asked)
 
 
 def test_compiled_code_of_others_is_left_alone(tmp_path: Path) -> None:
-    variables = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path)}
     (tmp_path / "foreign.py").write_text(FOREIGN, encoding="utf-8")
-
-    def told(*arguments: str) -> str:
-        command = [sys.executable, "-c", "import foreign", *arguments]
-        return subprocess.run(command, env=variables, capture_output=True, text=True, check=True).stdout
-
-    assert told() == "2 0 []\n"
-    assert told("rmfs") == told() == "2 1 []\n"
+    assert printed(tmp_path, "import foreign") == "2 0 []\n"
+    assert printed(tmp_path, "import foreign", "rmfs") == printed(tmp_path, "import foreign") == "2 1 []\n"
 
 
 RUNS = """
@@ -169,11 +168,6 @@ print(type(found).__name__, found, large is True, "numba" in sys.modules, always
 
 
 def test_what_is_open_is_compiled_unless_it_is_interpreted(tmp_path: Path) -> None:
-    (tmp_path / "open.py").write_text(OPEN, encoding="utf-8")
-
-    def told(*arguments: str) -> str:
-        command = [sys.executable, str(tmp_path / "open.py"), *arguments]
-        return subprocess.run(command, capture_output=True, text=True, check=True).stdout
-
-    assert told() == "int 6 True True 2\n"
-    assert told("interpret") == "compiles\nint 6 True False 2\n"
+    (tmp_path / "opened.py").write_text(OPEN, encoding="utf-8")
+    assert printed(tmp_path, "import opened") == "int 6 True True 2\n"
+    assert printed(tmp_path, "import opened", "interpret") == "compiles\nint 6 True False 2\n"

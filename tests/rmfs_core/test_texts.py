@@ -3,7 +3,6 @@
 import pytest
 
 from cases import cases
-from rmfs_commands.cli.main import main
 from rmfs_core.errors import InputError, RmfsError, RuleError, RunError, StandstillError, is_interrupt
 from rmfs_core.wording import (
     did_you_mean,
@@ -107,12 +106,6 @@ def test_an_exception_that_ends_the_process_as_it_is_shown() -> None:
     assert shown_short(MonsterError()) == "a MonsterError"
 
 
-def test_an_input_error_is_a_place_and_a_problem() -> None:
-    error = InputError("s.toml, line 3, robots.count", "expected 1, found 0")
-    assert str(error) == "s.toml, line 3, robots.count: expected 1, found 0"
-    assert (error.place, error.problem) == ("s.toml, line 3, robots.count", "expected 1, found 0")
-
-
 @pytest.mark.parametrize(
     ("error", "code"),
     [(InputError("a", "b"), 2), (RunError("a"), 1), (RuleError("a"), 1), (StandstillError("a"), 1), (RmfsError(), 1)],
@@ -120,15 +113,6 @@ def test_an_input_error_is_a_place_and_a_problem() -> None:
 def test_exit_codes_tell_wrong_input_from_a_run_that_failed(error: RmfsError, code: int) -> None:
     """2: the input is wrong; 1: anything else that is raised on purpose."""
     assert error.exit_code == code
-
-
-def test_a_command_ends_with_the_sentence_and_the_code(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as stop:
-        main(["scenario", "check", "paper-25"])
-    assert stop.value.code == 2
-    printed = capsys.readouterr()
-    assert "paper-25: there is no such file" in printed.out + printed.err
-    assert "Traceback" not in printed.out + printed.err
 
 
 def test_an_interrupt_is_known_in_what_python_makes_of_it() -> None:

@@ -3,13 +3,13 @@
 import csv
 import json
 import os
-import re
 import runpy
 import subprocess
 import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -99,21 +99,6 @@ def test_what_runs_in_the_background_ends_with_the_page(tmp_path: Path) -> None:
 PICTURES = runpy.run_path(str(TOOLS / "pictures.py"), run_name="pictures")
 
 
-def test_the_picture_shows_a_run_on_its_way_and_at_its_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    picture_of_run, call = PICTURES["picture_of_run"], PICTURES["call"]
-
-    def call_small(arguments: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
-        ended: subprocess.CompletedProcess[str] = call(["run", "examples/small", "--set", "instance.orders=9"], folder)
-        return ended
-
-    monkeypatch.setitem(picture_of_run.__globals__, "call", call_small)
-    drawn = picture_of_run(tmp_path)
-    shown = re.sub(r"<[^>]*>", "", drawn).replace("&#160;", " ")
-    places = [shown.index(text) for text in ("$ rmfs run paper-250", "Simulated time", "Makespan", "Results in")]
-    assert places == sorted(places)
-    assert "@font-face" not in drawn
-
-
 @pytest.mark.slow
 def test_the_picture_of_a_page_shows_it_when_it_is_drawn(tmp_path: Path) -> None:
     page = tmp_path / "page.html"
@@ -126,43 +111,10 @@ def test_the_picture_of_a_page_shows_it_when_it_is_drawn(tmp_path: Path) -> None
 
 
 UPDATE_RESULTS = runpy.run_path(str(TOOLS / "update_results.py"))
-REPORT = """# Title
-
-- Command: `rmfs reproduce`
-- Time: 40 min
-
-## Overview
-
-| a | b |
-|---|---|
-| 1 | 2 |
-
-## Runs
-
-| c |
-|---|
-| 3 |
-
-## Figure 10: visits
-
-The paper: fewer.
-
-| d |
-|---|
-| 4 |
-
-![Visits](visits.png)
-
-## Figure 11: distances
-
-| e |
-|---|
-| 5 |
-"""
+REPORT = "# Title\n\n![Visits](visits.png)\n"
 
 
 def test_report_and_plots_take_the_place_of_earlier_ones(tmp_path: Path) -> None:
-    """The folder has the report and the plots that it shows, and nothing else."""
     source, reports = tmp_path / "out", tmp_path / "reports"
     source.mkdir()
     reports.mkdir()
@@ -187,27 +139,25 @@ BOUNDS = {"psv_per_order": 1.5, "distance_per_order_m": "", "turnover_s": 1.5, "
 """How many times the bound each metric is; empty: a metric without bound."""
 
 
-def written(folder: Path) -> Path:
-    """Return the folder of a comparison."""
-    (folder / "plots").mkdir(parents=True)
-    for name in ("psv_per_order", "distance_per_order_m"):
-        (folder / "plots" / f"front.{name}.turnover_s.png").write_bytes(name.encode())
-    columns = ("instances", "metric", "rule_set", "mean", "times_bound", "runs", "complete")
+def summarised(folder: Path, columns: str, rows: list[tuple[object, ...]]) -> Path:
+    """Return the folder of a comparison with a summary."""
+    folder.mkdir()
     with (folder / "summary.csv").open("w", encoding="utf-8", newline="") as stream:
-        rows = csv.writer(stream)
-        rows.writerow(columns)
-        for instances in ("scenario=small", "overall"):
-            for metric, bound in BOUNDS.items():
-                for rule_set, (visits, other) in FIGURES.items():
-                    mean = visits if metric == "psv_per_order" else other
-                    rows.writerow((instances, metric, rule_set, mean, bound, 3, 3))
-                rows.writerow((instances, metric, "never", "", "", 3, 1))
+        csv.writer(stream).writerows([columns.split(), *rows])
     return folder
 
 
 def test_a_table_for_each_instance_set(tmp_path: Path) -> None:
-    league = tmp_path / "league"
-    UPDATE_COMPARISONS["update"](written(tmp_path / "all"), tmp_path)
+    league, rows = tmp_path / "league", list[tuple[object, ...]]()
+    for instances, (metric, bound) in product(("scenario=small", "overall"), BOUNDS.items()):
+        for rule_set, (visits, other) in FIGURES.items():
+            rows.append((instances, metric, rule_set, visits if metric == "psv_per_order" else other, bound, 3, 3))
+        rows.append((instances, metric, "never", "", "", 3, 1))
+    folder = summarised(tmp_path / "all", "instances metric rule_set mean times_bound runs complete", rows)
+    (folder / "plots").mkdir()
+    for name in ("psv_per_order", "distance_per_order_m"):
+        (folder / "plots" / f"front.{name}.turnover_s.png").write_bytes(name.encode())
+    UPDATE_COMPARISONS["update"](folder, tmp_path)
     lines = (league / "all.md").read_text(encoding="utf-8").splitlines()
     assert [line for line in lines if line.startswith("#")] == ["### small"]
     assert [line.split(" | ") for line in lines[-4:]] == [
@@ -224,16 +174,12 @@ def test_a_table_for_each_instance_set(tmp_path: Path) -> None:
 
 
 def test_a_study_says_what_rule_sets_change(tmp_path: Path) -> None:
-    folder = tmp_path / "rules"
-    folder.mkdir()
-    columns = ("instances", "metric", "rule_set", "baseline", "mean", "runs", "relative", "low", "high")
-    with (folder / "summary.csv").open("w", encoding="utf-8", newline="") as stream:
-        rows = csv.writer(stream)
-        rows.writerow(column if column not in ("low", "high") else f"relative_{column}_holm" for column in columns)
-        for instances in ("robots=8", "robots=16", "overall"):
-            rows.writerow((instances, "turnover_s", "plain", "plain", 900.2, 5, "", "", ""))
-            rows.writerow((instances, "turnover_s", "clever", "plain", 800.2, 5, -0.111, -0.2, 0.004))
-    UPDATE_COMPARISONS["update"](folder, tmp_path)
+    columns = "instances metric rule_set baseline mean runs relative relative_low_holm relative_high_holm"
+    rows: list[tuple[object, ...]] = []
+    for instances in ("robots=8", "robots=16", "overall"):
+        rows.append((instances, "turnover_s", "plain", "plain", 900.2, 5, "", "", ""))
+        rows.append((instances, "turnover_s", "clever", "plain", 800.2, 5, -0.111, -0.2, 0.004))
+    UPDATE_COMPARISONS["update"](summarised(tmp_path / "rules", columns, rows), tmp_path)
     assert (tmp_path / "study" / "rules.md").read_text(encoding="utf-8").replace("\u00a0", " ").splitlines() == [
         "### Against plain, 5 runs each",
         "",
@@ -322,9 +268,7 @@ def test_benchmarks_are_compared(tmp_path: Path, capsys, before, after, options,
     ("{", "before.json: this is no JSON"),
     ([], "before.json: expected a result that pytest-benchmark saved"),
     ({"a": {"rounds": 9}}, "before.json, benchmarks[0]: this is no saved benchmark: 'median'"),
-    ({"a": stats(0.0)}, "median and quartiles are no positive numbers in order"),
     ({"a": stats(1.0) | {"q1": 2.0}}, "median and quartiles are no positive numbers in order"),
-    ({"a": stats(1.0) | {"q3": "many"}}, "this is no saved benchmark"),
     ({"a": stats(1.0) | {"rounds": "many"}}, "this is no saved benchmark"),
 )
 def test_files_that_are_no_results(tmp_path: Path, capsys, before: Any, problem: str) -> None:

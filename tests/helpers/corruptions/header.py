@@ -1,17 +1,16 @@
 """Corruptions of the header: layout, positions, orders, pods, stations, scenario."""
 
-from corruptions.raw import STEPS, NotThereError, Raw, kind, made, next_of, scenario_says
+from corruptions.raw import STEPS, Line, NotThereError, Raw, add, kind, made, next_of, scenario_says, some
 
 # The header: the layout
 
 
 @kind
 def a_one_way_cell_opened(raw: Raw) -> None:
-    floor = set(raw.cells("1"))
-    for cell in sorted(floor):
-        for heading, (right, down) in enumerate(STEPS):
-            column = cell % raw.width + right
-            inside = 0 <= column < raw.width and cell + right + down * raw.width in floor
+    floor = raw.cells("1")
+    for cell in floor:
+        for heading, (right, _) in enumerate(STEPS):
+            inside = 0 <= cell % raw.width + right < raw.width and cell + raw.step(heading) in floor
             if inside and not raw.moves(cell) >> heading & 1:
                 raw.set_sign("moves", cell, f"{raw.moves(cell) | 1 << heading:x}")
                 return
@@ -24,7 +23,7 @@ def a_cell_closed_where_nobody_drives(raw: Raw) -> None:
     raw.set_sign("moves", cell, f"{raw.moves(cell) & (raw.moves(cell) - 1):x}")
 
 
-made("floor instead of storage", lambda raw: raw.set_sign("kind", next_of(raw.free_locations()), "1"))
+made("floor instead of storage", lambda raw: raw.set_sign("kind", raw.free_location, "1"))
 
 
 @kind
@@ -37,97 +36,70 @@ made(
     "storage instead of floor",
     lambda raw: raw.set_sign("kind", next_of([cell for cell in raw.cells("1") if cell not in raw.visited()]), "2"),
 )
-made("a wall instead of storage", lambda raw: raw.set_sign("kind", next_of(raw.free_locations()), "0"))
+made("a wall instead of storage", lambda raw: raw.set_sign("kind", raw.free_location, "0"))
 
 
-@kind
-def a_queue_cell_less(raw: Raw) -> None:
-    queue = raw.header["layout"]["stations"][0]["queue"]
-    if len(queue) < 2:
-        raise NotThereError
-    queue.pop()
+def long_queue(raw: Raw, station: int) -> list[int]:
+    queue: list[int] = raw.header["layout"]["stations"][station]["queue"]
+    some(queue[1:])
+    return queue
 
 
-@kind
-def a_queue_the_other_way_round(raw: Raw) -> None:
-    queue = raw.header["layout"]["stations"][-1]["queue"]
-    if len(queue) < 2:
-        raise NotThereError
-    queue.reverse()
-
+made("a queue cell less", lambda raw: long_queue(raw, 0).pop())
+made("a queue the other way round", lambda raw: long_queue(raw, -1).reverse())
 
 # The header: what stands where
 
 
 @kind
 def an_empty_pod_elsewhere(raw: Raw) -> None:
-    if not raw.header["blocked"]:
-        raise NotThereError
-    raw.header["blocked"][0] = next_of(raw.free_locations())
+    some(raw.header["blocked"])[0] = raw.free_location
+
+
+made("an empty pod less", lambda raw: some(raw.header["blocked"]).pop())
+made("an empty pod more", lambda raw: raw.header["blocked"].append(raw.free_location))
+made("an extra parked robot", lambda raw: raw.header["robots"].append({"cell": raw.free_location, "heading": 1}))
+made("a robot starts elsewhere", lambda raw: raw.header["robots"][0].update(cell=raw.free_location))
 
 
 @kind
-def an_empty_pod_less(raw: Raw) -> None:
-    if not raw.header["blocked"]:
-        raise NotThereError
-    raw.header["blocked"].pop()
+def a_robot_starts_with_another_heading(raw: Raw) -> None:
+    robot = raw.header["robots"][-1]
+    robot["heading"] = (robot["heading"] + 1) % 4
 
 
-made("an empty pod more", lambda raw: raw.header["blocked"].append(next_of(raw.free_locations())))
-made(
-    "an extra parked robot",
-    lambda raw: raw.header["robots"].append({"cell": next_of(raw.free_locations()), "heading": 1}),
-)
-
-
-made("a robot starts elsewhere", lambda raw: raw.header["robots"][0].update(cell=next_of(raw.free_locations())))
-made(
-    "a robot starts with another heading",
-    lambda raw: raw.header["robots"][-1].update(heading=(raw.header["robots"][-1]["heading"] + 1) % 4),
-)
-
-
-@kind
-def a_pod_that_is_never_fetched_stands_elsewhere(raw: Raw) -> None:
+def never_fetched(raw: Raw) -> Line:
     fetched = {line["pod"] for line in raw.events if line["e"] == "task_assigned"}
-    pods = [pod for i, pod in enumerate(raw.header["pods"]) if i not in fetched and pod["robot"] is None]
-    next_of(pods)["cell"] = next_of(raw.free_locations())
+    pods = (pod for i, pod in enumerate(raw.header["pods"]) if i not in fetched and pod["robot"] is None)
+    found: Line = next_of(pods)
+    return found
 
 
-@kind
-def a_pod_bound_for_a_station_from_the_start(raw: Raw) -> None:
-    fetched = {line["pod"] for line in raw.events if line["e"] == "task_assigned"}
-    next_of([pod for i, pod in enumerate(raw.header["pods"]) if i not in fetched and not pod["bound_for"]])[
-        "bound_for"
-    ] = [0]
+made("a pod that is never fetched stands elsewhere", lambda raw: never_fetched(raw).update(cell=raw.free_location))
+made("a pod bound for a station from the start", lambda raw: never_fetched(raw).update(bound_for=[0]))
 
 
 @kind
 def a_pod_more(raw: Raw) -> None:
-    cell = next_of(raw.free_locations())
+    cell = raw.free_location
     pod = {"name": "extra", "contents": [[0, None]], "cell": cell, "robot": None, "bound_for": []}
     raw.header["pods"].append(pod)
 
 
 # The header: orders, pods, stations
 
-
 made("an order twice by name", lambda raw: raw.header["orders"][1].update(name=raw.header["orders"][0]["name"]))
 made("an order with another name", lambda raw: raw.header["orders"][1].update(name="another"))
-
-
 made("a pod twice by name", lambda raw: raw.header["pods"][1].update(name=raw.header["pods"][0]["name"]))
-
-
-@kind
-def a_sku_twice_by_name(raw: Raw) -> None:
-    raw.header["skus"][1] = raw.header["skus"][0]
-
-
-made(
-    "an order that came later",
-    lambda raw: raw.header["orders"][-1].update(arrival=raw.header["orders"][-1]["arrival"] + 1000),
-)
+made("a sku twice by name", lambda raw: raw.header["skus"].__setitem__(1, raw.header["skus"][0]))
+made("an order that came later", lambda raw: add(raw.header["orders"][-1], arrival=1000))
+made("an order due later", lambda raw: add(next_of(one for one in raw.header["orders"] if "due" in one), due=1000))
+made("an order more", lambda raw: raw.header["orders"].append({"name": "extra", "arrival": 10**9, "lines": [[0, 1]]}))
+made("a larger station", lambda raw: add(raw.header["stations"][0], capacity=1))
+made("a station with another name", lambda raw: raw.header["stations"][0].update(name="north"))
+made("another version", lambda raw: raw.header.update(versions=dict.fromkeys(raw.header["versions"], "0.1")))
+made("another tick length", lambda raw: raw.header.update(tick_s=0.002))
+made("faster robots", lambda raw: add(raw.header["motion"], top_speed_m_per_s=0.5))
 
 
 @kind
@@ -135,11 +107,6 @@ def an_order_that_came_a_tick_earlier(raw: Raw) -> None:
     number = next_of([i for i, order in enumerate(raw.header["orders"]) if order["arrival"] > 0])
     raw.header["orders"][number]["arrival"] -= 1
     raw.one("order_arrived", lambda line: line["order"] == number)["tick"] -= 1
-
-
-@kind
-def an_order_due_later(raw: Raw) -> None:
-    next_of([order for order in raw.header["orders"] if "due" in order])["due"] += 1000
 
 
 @kind
@@ -151,9 +118,6 @@ def an_order_more_urgent(raw: Raw) -> None:
 @kind
 def an_order_of_one_more_item(raw: Raw) -> None:
     raw.header["orders"][len(raw.header["orders"]) // 2]["lines"][0][1] += 1
-
-
-made("an order more", lambda raw: raw.header["orders"].append({"name": "extra", "arrival": 10**9, "lines": [[0, 1]]}))
 
 
 @kind
@@ -172,11 +136,6 @@ def other_stock(raw: Raw) -> None:
     contents[0][1] = 1000 if contents[0][1] is None else contents[0][1] + 1000
 
 
-made(
-    "a larger station", lambda raw: raw.header["stations"][0].update(capacity=raw.header["stations"][0]["capacity"] + 1)
-)
-
-
 @kind
 def larger_stations(raw: Raw) -> None:
     table = raw.scenario["stations"]
@@ -192,10 +151,6 @@ def stations_that_count_otherwise(raw: Raw) -> None:
         station["counts_orders"] = not station["counts_orders"]
 
 
-made("a station with another name", lambda raw: raw.header["stations"][0].update(name="north"))
-made("another version", lambda raw: raw.header.update(versions=dict.fromkeys(raw.header["versions"], "0.1")))
-
-
 @kind
 def a_version_left_out(raw: Raw) -> None:
     del raw.header["versions"]
@@ -204,28 +159,19 @@ def a_version_left_out(raw: Raw) -> None:
 
 @kind
 def another_map(raw: Raw) -> None:
-    if "map" not in raw.header:
-        raise NotThereError
-    raw.header["map"] = raw.header["map"].replace(".", ">", 1)
-
-
-made("another tick length", lambda raw: raw.header.update(tick_s=0.002))
-made(
-    "faster robots",
-    lambda raw: raw.header["motion"].update(top_speed_m_per_s=raw.header["motion"]["top_speed_m_per_s"] + 0.5),
-)
+    raw.header["map"] = some(raw.header.get("map")).replace(".", ">", 1)
 
 
 @kind
 def faster_robots_in_the_scenario_too(raw: Raw) -> None:
-    raw.header["motion"]["top_speed_m_per_s"] += 0.5
-    raw.scenario["robots"]["top_speed_m_per_s"] += 0.5
+    for table in (raw.header["motion"], raw.scenario["robots"]):
+        add(table, top_speed_m_per_s=0.5)
 
 
 @kind
 def slower_lifts(raw: Raw) -> None:
-    raw.header["motion"]["lift_s"] += 1.0
-    raw.scenario["robots"]["lift_s"] += 1.0
+    for table in (raw.header["motion"], raw.scenario["robots"]):
+        add(table, lift_s=1.0)
 
 
 # The header: the scenario

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from corruptions.raw import NotThereError, Raw, changed, doubled, dropped, kind, scenario_says
+from corruptions.raw import NotThereError, Raw, changed, kind, missaid, others, scenario_says, shifted
 
 BOUND, SENT, COME, PUT = "packing_assigned", "part_sent", "part_arrived", "part_put"
 TOGETHER, BEGUN, PACKED = "order_consolidated", "packing_started", "order_packed"
@@ -13,18 +13,15 @@ for _name, _event in (
     ("beginning to pack", BEGUN),
     ("packing", PACKED),
 ):
-    dropped(f"a {_name} dropped", _event)
-    doubled(f"a {_name} twice", _event)
-    changed(f"a {_name} elsewhere", _event, lambda line: {"packing": line["packing"] ^ 1})
-    changed(f"a {_name} of another order", _event, lambda line: {"order": line["order"] ^ 1})
+    missaid(f"a {_name}", _event)
+    others(_event, packing=f"a {_name} elsewhere", order=f"a {_name} of another order")
     if _event != BOUND:
-        changed(f"a {_name} a tick early", _event, lambda line: {"tick": line["tick"] - 1})
+        shifted(_event, -1, tick=f"a {_name} a tick early")
 for _name, _event in (("sent", SENT), ("come", COME), ("put", PUT)):
-    changed(f"a part {_name} with an item more", _event, lambda line: {"items": line["items"] + 1})
-    changed(f"a part {_name} in another tote", _event, lambda line: {"tote": line["tote"] + 1})
-changed("a part sent by another station", SENT, lambda line: {"station": line["station"] ^ 1})
-changed("a part put a tick faster", PUT, lambda line: {"start_tick": line["start_tick"] + 1})
-changed("an order packed a tick faster", PACKED, lambda line: {"start_tick": line["start_tick"] + 1})
+    shifted(_event, 1, items=f"a part {_name} with an item more", tote=f"a part {_name} in another tote")
+others(SENT, station="a part sent by another station")
+shifted(PUT, 1, start_tick="a part put a tick faster")
+shifted(PACKED, 1, start_tick="an order packed a tick faster")
 changed("a box for an order that is not split", BOUND, lambda _: {"box": 1}, lambda line: line["box"] is None)
 changed("a split order without a box", BOUND, lambda _: {"box": None}, lambda line: line["box"] is not None)
 changed("a box that there is not", BOUND, lambda _: {"box": 99}, lambda line: line["box"] is not None)

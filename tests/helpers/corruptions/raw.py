@@ -5,7 +5,8 @@ from __future__ import annotations
 import copy
 import gzip
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -56,18 +57,14 @@ class Raw:
     def one(self, kind: str, where: Where = lambda _: True, at: float = 0.5) -> Line:
         return self.events[self.place(kind, where, at)]
 
-    def drop(self, kind: str, where: Where = lambda _: True, at: float = 0.5) -> None:
-        del self.events[self.place(kind, where, at)]
-
-    def twice(self, kind: str, where: Where = lambda _: True) -> None:
-        i = self.place(kind, where)
-        self.events.insert(i, dict(self.events[i]))
-
     def move(self, i: int, to: int) -> None:
         line = self.events.pop(i)
         to -= to > i
         line["tick"] = self.events[min(to, len(self.events) - 1)]["tick"]
         self.events.insert(to, line)
+
+    def alike(self, i: int, key: str) -> Where:
+        return lambda line: bool(line[key] == self.events[i][key])
 
     def following(self, i: int, kind: str, where: Where = lambda _: True) -> int:
         return next_of(j for j in self.places(kind, where) if j > i)
@@ -94,15 +91,19 @@ class Raw:
         found = {robot["cell"] for robot in self.header["robots"]}
         for line in self.events:
             if line["e"] == "robot_moved":
-                right, down = STEPS[line["heading"]]
-                step = right + down * self.width
+                step = self.step(line["heading"])
                 found.update(line["origin"] + step * i for i in range(line["distance_m"] + 1))
         return found
 
-    def free_locations(self) -> list[int]:
+    def step(self, heading: int) -> int:
+        right, down = STEPS[heading]
+        return right + down * self.width
+
+    @property
+    def free_location(self) -> int:
         taken = {*self.header["blocked"], *(pod["cell"] for pod in self.header["pods"])}
-        stored = {line["cell"] for line in self.events if line["e"] == "pod_stored"}
-        return [cell for cell in self.cells("2") if cell not in taken | stored | self.visited()]
+        taken |= {line["cell"] for line in self.events if line["e"] == "pod_stored"} | self.visited()
+        return int(next_of(cell for cell in self.cells("2") if cell not in taken))
 
     def set_sign(self, grid: str, cell: int, sign: str) -> None:
         rows = self.header["layout"][grid]
@@ -123,14 +124,26 @@ def kind(corruption: Corruption) -> Corruption:
     return corruption
 
 
-def made(name: str, corruption: Callable[[Raw], object]) -> None:
+def made(name: str, corruption: Corruption) -> None:
     KINDS[name] = corruption
 
 
-def next_of(found: Iterator[Any] | list[Any]) -> Any:
+def next_of(found: Iterable[Any]) -> Any:
     for one in found:
         return one
     raise NotThereError
+
+
+def some(found: Any) -> Any:
+    """Return a list, table or number that is there and not empty."""
+    if not found:
+        raise NotThereError
+    return found
+
+
+def add(table: Line, **numbers: float) -> None:
+    for key, number in numbers.items():
+        table[key] += number
 
 
 def changed(name: str, event: str, by: Callable[[Line], Line], where: Where = lambda _: True, at: float = 0.5) -> None:
@@ -141,12 +154,67 @@ def changed(name: str, event: str, by: Callable[[Line], Line], where: Where = la
     KINDS[name] = corruption
 
 
+def shifted(event: str, by: int, where: Where = lambda _: True, at: float = 0.5, **names: str) -> None:
+    """Register for fields of an event, each with a name, the corruption that adds to it."""
+    for key, name in names.items():
+        changed(name, event, lambda line, key=key: {key: line[key] + by}, where, at)  # type: ignore[misc]
+
+
+def others(event: str, at: float = 0.5, **names: str) -> None:
+    """Register for ids in an event, each with a name, the corruption that puts a neighbouring id there."""
+    for key, name in names.items():
+        changed(name, event, lambda line, key=key: {key: line[key] ^ 1}, at=at)  # type: ignore[misc]
+
+
 def dropped(name: str, event: str, where: Where = lambda _: True, at: float = 0.5) -> None:
-    KINDS[name] = lambda raw: raw.drop(event, where, at)
+    KINDS[name] = lambda raw: raw.events.pop(raw.place(event, where, at))
 
 
 def doubled(name: str, event: str, where: Where = lambda _: True) -> None:
-    KINDS[name] = lambda raw: raw.twice(event, where)
+    def corruption(raw: Raw) -> None:
+        i = raw.place(event, where)
+        raw.events.insert(i, dict(raw.events[i]))
+
+    KINDS[name] = corruption
+
+
+def missaid(what: str, event: str) -> None:
+    """Register what can be wrong with any event, such as ``a lift``: one or the last is dropped, one comes twice."""
+    dropped(f"{what} dropped", event)
+    dropped(f"the last {what.partition(' ')[2]} dropped", event, at=1.0)
+    doubled(f"{what} twice", event)
+
+
+def too_early(name: str, event: str, earlier: str, key: str | None = None) -> None:
+    """Register the corruption that moves an event to before the last earlier one of a kind, of the same ``key``."""
+
+    def corruption(raw: Raw) -> None:
+        i = raw.place(event)
+        raw.move(i, raw.preceding(i, earlier, raw.alike(i, key) if key else lambda _: True))
+
+    KINDS[name] = corruption
+
+
+def too_late(name: str, event: str, later: str, key: str) -> None:
+    """Register the corruption that moves an event to after the next one of a kind, of the same ``key``."""
+
+    def corruption(raw: Raw) -> None:
+        i = raw.place(event)
+        raw.move(i, raw.following(i, later, raw.alike(i, key)) + 1)
+
+    KINDS[name] = corruption
+
+
+def swapped(name: str, event: str, alike: tuple[str, ...], key: str) -> None:
+    """Register the corruption that swaps a field of two events, the first that are alike in others."""
+
+    def corruption(raw: Raw) -> None:
+        pairs = combinations([raw.events[i] for i in raw.places(event)], 2)
+        same = (pair for pair in pairs if all(pair[0][name] == pair[1][name] for name in alike))
+        one, other = next_of(pair for pair in same if pair[0][key] != pair[1][key])
+        one[key], other[key] = other[key], one[key]
+
+    KINDS[name] = corruption
 
 
 def scenario_says(name: str, section: str, key: str, by: Callable[[Any], Any], given: bool = True) -> None:

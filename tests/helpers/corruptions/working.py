@@ -1,51 +1,45 @@
 """Corruptions of work: pods lifted and set down, lines and visits, picks, orders, decisions."""
 
+from itertools import pairwise
+
 from corruptions.driving import MOVED
-from corruptions.raw import Line, NotThereError, Raw, Where, changed, doubled, dropped, kind, next_of
+from corruptions.raw import (
+    Line,
+    NotThereError,
+    Raw,
+    Where,
+    changed,
+    doubled,
+    dropped,
+    kind,
+    missaid,
+    next_of,
+    others,
+    shifted,
+    swapped,
+    too_early,
+    too_late,
+)
 
 # Pods lifted and set down
 
 LIFTED, STORED, TASK, TRIP = "pod_lifted", "pod_stored", "task_assigned", "trip_decided"
-dropped("a lift dropped", LIFTED)
-dropped("the last lift dropped", LIFTED, at=1.0)
-changed("a lift elsewhere", LIFTED, lambda line: {"cell": line["cell"] + 1})
-changed("a lift of another pod", LIFTED, lambda line: {"pod": line["pod"] ^ 1})
-changed("a lift by another robot", LIFTED, lambda line: {"robot": line["robot"] ^ 1})
-changed("a lift a tick faster", LIFTED, lambda line: {"start_tick": line["start_tick"] + 1})
-dropped("a pod's storing dropped", STORED)
-dropped("the last storing dropped", STORED, at=1.0)
-changed("a pod stored elsewhere", STORED, lambda line: {"cell": line["cell"] + 1})
-changed("another pod stored", STORED, lambda line: {"pod": line["pod"] ^ 1})
-changed("a storing that starts early", STORED, lambda line: {"start_tick": line["start_tick"] - 500})
+missaid("a lift", LIFTED)
+shifted(LIFTED, 1, cell="a lift elsewhere", start_tick="a lift a tick faster")
+others(LIFTED, pod="a lift of another pod", robot="a lift by another robot")
+missaid("a storing", STORED)
+shifted(STORED, 1, cell="a pod stored elsewhere")
+shifted(STORED, -500, start_tick="a storing that starts early")
+others(STORED, pod="another pod stored")
 changed("a storing later", STORED, lambda line: {"start_tick": line["start_tick"] + 1, "tick": line["tick"] + 1})
-dropped("a task dropped", TASK)
+missaid("a task", TASK)
 dropped("the first task dropped", TASK, at=0.0)
-doubled("a task twice", TASK)
-changed("a task for another robot", TASK, lambda line: {"robot": line["robot"] ^ 1})
-changed("a task for another pod", TASK, lambda line: {"pod": line["pod"] ^ 1})
-dropped("a trip dropped", TRIP)
-dropped("the last trip dropped", TRIP, at=1.0)
-doubled("a trip twice", TRIP)
-changed("a trip to another station", TRIP, lambda line: {"station": line["station"] ^ 1})
-changed("a trip of another pod", TRIP, lambda line: {"pod": line["pod"] ^ 1})
-
-
-@kind
-def a_task_before_its_trip(raw: Raw) -> None:
-    i = raw.place(TASK)
-    raw.move(i, raw.preceding(i, TRIP, lambda line: line["pod"] == raw.events[i]["pod"]))
-
-
-@kind
-def a_task_after_the_lift(raw: Raw) -> None:
-    i = raw.place(TASK)
-    raw.move(i, raw.following(i, LIFTED, lambda line: line["pod"] == raw.events[i]["pod"]) + 1)
-
-
-@kind
-def a_trip_after_the_lift(raw: Raw) -> None:
-    i = raw.place(TRIP)
-    raw.move(i, raw.following(i, LIFTED, lambda line: line["pod"] == raw.events[i]["pod"]) + 1)
+others(TASK, robot="a task for another robot", pod="a task for another pod")
+missaid("a trip", TRIP)
+others(TRIP, station="a trip to another station", pod="a trip of another pod")
+too_early("a task before its trip", TASK, TRIP, "pod")
+too_late("a task after the lift", TASK, LIFTED, "pod")
+too_late("a trip after the lift", TRIP, LIFTED, "pod")
 
 
 @kind
@@ -111,21 +105,15 @@ def a_pod_carried_to_another_location(raw: Raw) -> None:
 # Lines and visits
 
 JOINED, STARTED, ENDED = "queue_joined", "visit_started", "visit_ended"
-dropped("a joining dropped", JOINED)
-dropped("the last joining dropped", JOINED, at=1.0)
-doubled("a joining twice", JOINED)
-changed("a joining of another line", JOINED, lambda line: {"station": line["station"] ^ 1})
-changed("a joining by another robot", JOINED, lambda line: {"robot": line["robot"] ^ 1})
-changed("a joining a tick early", JOINED, lambda line: {"tick": line["tick"] - 1})
-dropped("a visit's start dropped", STARTED)
-dropped("a visit's end dropped", ENDED)
-doubled("a visit twice", STARTED)
-changed("a visit by number", STARTED, lambda line: {"visit": line["visit"] + 1})
-changed("a visit of another pod", STARTED, lambda line: {"pod": line["pod"] ^ 1})
-changed("a visit at another station", STARTED, lambda line: {"station": line["station"] ^ 1})
-changed("a visit a tick late", STARTED, lambda line: {"tick": line["tick"] + 1})
-changed("a visit's end by number", ENDED, lambda line: {"visit": line["visit"] - 1})
-changed("a visit's picks", ENDED, lambda line: {"picks": line["picks"] + 1})
+missaid("a joining", JOINED)
+others(JOINED, station="a joining of another line", robot="a joining by another robot")
+shifted(JOINED, -1, tick="a joining a tick early")
+missaid("a visit's start", STARTED)
+missaid("a visit's end", ENDED)
+shifted(STARTED, 1, visit="a visit by number", tick="a visit a tick late")
+others(STARTED, pod="a visit of another pod", station="a visit at another station")
+shifted(ENDED, -1, visit="a visit's end by number")
+shifted(ENDED, 1, picks="a visit's picks")
 changed("a visit that leads on", ENDED, lambda line: {"next_station": line["station"] ^ 1},
         lambda line: line["next_station"] is None)  # fmt: skip
 changed("a visit that leads nowhere", ENDED, lambda line: {"next_station": None},
@@ -135,7 +123,7 @@ changed("a visit that leads nowhere", ENDED, lambda line: {"next_station": None}
 @kind
 def a_queue_joined_only_when_the_visit_begins(raw: Raw) -> None:
     for i in raw.places(JOINED):
-        j = raw.following(i, STARTED, lambda line, i=i: line["pod"] == raw.events[i]["pod"])  # type: ignore[misc]
+        j = raw.following(i, STARTED, raw.alike(i, "pod"))
         if raw.events[j]["tick"] > raw.events[i]["tick"]:
             raw.move(i, j)
             return
@@ -144,10 +132,8 @@ def a_queue_joined_only_when_the_visit_begins(raw: Raw) -> None:
 
 @kind
 def a_place_in_line_taken_too_early(raw: Raw) -> None:
-    for i in raw.places(JOINED):
-        j = raw.following(i, JOINED, lambda line, i=i: line["station"] == raw.events[i]["station"])  # type: ignore[misc]
-        raw.move(j, i)
-        return
+    i = raw.place(JOINED, at=0.0)
+    raw.move(raw.following(i, JOINED, raw.alike(i, "station")), i)
 
 
 @kind
@@ -160,22 +146,17 @@ def a_visit_that_ends_later(raw: Raw) -> None:
 # Picks
 
 PICKED = "item_picked"
-dropped("a pick dropped", PICKED)
-doubled("a pick twice", PICKED)
-changed("a pick for another order", PICKED, lambda line: {"order": line["order"] ^ 1})
-changed("a pick of another SKU", PICKED, lambda line: {"sku": line["sku"] ^ 1})
-changed("a pick from another pod", PICKED, lambda line: {"pod": line["pod"] ^ 1})
-changed("a pick at another station", PICKED, lambda line: {"station": line["station"] ^ 1})
-changed("a pick in another visit", PICKED, lambda line: {"visit": line["visit"] + 1})
-changed("a pick that starts a tick early", PICKED, lambda line: {"start_tick": line["start_tick"] - 1})
-changed("a pick a tick longer", PICKED, lambda line: {"tick": line["tick"] + 1})
-changed("a picker free a tick early", PICKED, lambda line: {"picker_free_tick": line["picker_free_tick"] - 1})
+missaid("a pick", PICKED)
+others(PICKED, order="a pick for another order", sku="a pick of another SKU", pod="a pick from another pod")
+others(PICKED, station="a pick at another station")
+shifted(PICKED, 1, visit="a pick in another visit", tick="a pick a tick longer")
+shifted(PICKED, -1, start_tick="a pick that starts a tick early", picker_free_tick="a picker free a tick early")
+swapped("a pick for the order that came later", PICKED, ("station", "sku"), "order")
 
 
 @kind
 def picks_in_another_order(raw: Raw) -> None:
-    for i in raw.places(PICKED):
-        j = next((j for j in raw.places(PICKED) if j > i), i)
+    for i, j in pairwise(raw.places(PICKED)):
         one, other = raw.events[i], raw.events[j]
         if one["visit"] == other["visit"] and (one["order"], one["sku"]) != (other["order"], other["sku"]):
             for name in ("order", "sku"):
@@ -184,44 +165,23 @@ def picks_in_another_order(raw: Raw) -> None:
     raise NotThereError
 
 
-@kind
-def a_pick_for_the_order_that_came_later(raw: Raw) -> None:
-    for i in raw.places(PICKED):
-        for j in raw.places(PICKED):
-            one, other = raw.events[i], raw.events[j]
-            same = (one["station"], one["sku"]) == (other["station"], other["sku"])
-            if j > i and same and one["order"] != other["order"]:
-                one["order"], other["order"] = other["order"], one["order"]
-                return
-    raise NotThereError
-
-
 # Orders
 
 ARRIVED, ASSIGNED, COMPLETED, DECIDED = "order_arrived", "order_assigned", "order_completed", "decision_made"
-dropped("an arrival dropped", ARRIVED)
-doubled("an arrival twice", ARRIVED)
-changed("an arrival of another order", ARRIVED, lambda line: {"order": line["order"] ^ 1})
-changed("an arrival a tick late", ARRIVED, lambda line: {"tick": line["tick"] + 1})
-dropped("an assignment dropped", ASSIGNED)
-doubled("an assignment twice", ASSIGNED)
-changed("an assignment to another station", ASSIGNED, lambda line: {"station": line["station"] ^ 1})
-changed("an assignment of another order", ASSIGNED, lambda line: {"order": line["order"] ^ 1})
+missaid("an arrival", ARRIVED)
+others(ARRIVED, order="an arrival of another order")
+shifted(ARRIVED, 1, tick="an arrival a tick late")
+missaid("an assignment", ASSIGNED)
+others(ASSIGNED, station="an assignment to another station", order="an assignment of another order")
+others(ASSIGNED, at=1.0, station="the last assignment to another station")
+shifted(ASSIGNED, 1, items="an assignment of an item more", period="an assignment in the next period")
 changed("an assignment of a line less", ASSIGNED, lambda line: {"skus": line["skus"][1:]})
-changed("an assignment of an item more", ASSIGNED, lambda line: {"items": line["items"] + 1})
-changed("an assignment in the next period", ASSIGNED, lambda line: {"period": line["period"] + 1})
 changed("an assignment said to be all", ASSIGNED, lambda line: {"complete": not line["complete"]})
-dropped("a completion dropped", COMPLETED)
-dropped("the last completion dropped", COMPLETED, at=1.0)
-doubled("a completion twice", COMPLETED)
-changed("a completion of another order", COMPLETED, lambda line: {"order": line["order"] ^ 1})
-changed("a completion a tick late", COMPLETED, lambda line: {"tick": line["tick"] + 1})
-
-
-@kind
-def an_assignment_before_the_arrival(raw: Raw) -> None:
-    i = raw.place(ASSIGNED)
-    raw.move(i, raw.preceding(i, ARRIVED, lambda line: line["order"] == raw.events[i]["order"]))
+too_early("an assignment before the arrival", ASSIGNED, ARRIVED, "order")
+swapped("assignments that change places", ASSIGNED, ("tick",), "station")
+missaid("a completion", COMPLETED)
+others(COMPLETED, order="a completion of another order")
+shifted(COMPLETED, 1, tick="a completion a tick late")
 
 
 @kind
@@ -235,17 +195,6 @@ def an_arrival_after_the_next_decision(raw: Raw) -> None:
     raw.move(i, raw.following(i, DECIDED) + 1)
 
 
-@kind
-def assignments_that_change_places(raw: Raw) -> None:
-    for i in raw.places(ASSIGNED):
-        for j in raw.places(ASSIGNED):
-            one, other = raw.events[i], raw.events[j]
-            if one["tick"] == other["tick"] and one["station"] != other["station"]:
-                one["station"], other["station"] = other["station"], one["station"]
-                return
-    raise NotThereError
-
-
 # Decisions
 
 
@@ -257,28 +206,23 @@ def on(what: str) -> Where:
     return lambda line: line["decides"] == what
 
 
-dropped("a decision dropped", DECIDED)
-dropped("the last decision dropped", DECIDED, at=1.0)
+missaid("a decision", DECIDED)
 dropped("a decision on pods dropped", DECIDED, on("PPS"))
 dropped("a decision on orders dropped", DECIDED, lambda line: line["decides"] != "PPS")
 dropped("an empty decision dropped", DECIDED, empty)
-doubled("a decision twice", DECIDED)
 doubled("a decision on pods twice", DECIDED, on("PPS"))
-changed("a decision in the next period", DECIDED, lambda line: {"period": line["period"] + 1})
+shifted(DECIDED, 1, period="a decision in the next period", backlog="a decision that saw one order more")
+shifted(DECIDED, -1, lambda line: line["backlog"] > 0, backlog="a decision that saw one order less")
+shifted(DECIDED, 1, assignments="a decision of one assignment more", trips="a decision of one trip more")
+shifted(DECIDED, 1, tick="a decision a tick late")
+shifted(DECIDED, -1, lambda line: line["bound"] is not None, bound="a lower bound")
 changed("a decision of another rule", DECIDED, lambda _: {"rule": "somebody"})
 changed("a decision on something else", DECIDED, lambda _: {"decides": "PR"})
-changed("a decision that saw one order more", DECIDED, lambda line: {"backlog": line["backlog"] + 1})
-changed("a decision that saw one order less", DECIDED, lambda line: {"backlog": line["backlog"] - 1},
-        lambda line: line["backlog"] > 0)  # fmt: skip
-changed("a decision of one assignment more", DECIDED, lambda line: {"assignments": line["assignments"] + 1})
-changed("a decision of one trip more", DECIDED, lambda line: {"trips": line["trips"] + 1})
 changed("a decision of another status", DECIDED, lambda line: {"status": f"nearly {line['status']}"})
 changed("a decision that was stopped early", DECIDED, lambda line: {"stopped_early": not line["stopped_early"]})
 changed("a bound above the objective", DECIDED, lambda line: {"bound": line["objective"] + 1},
         lambda line: line["objective"] is not None)  # fmt: skip
-changed("a lower bound", DECIDED, lambda line: {"bound": line["bound"] - 1}, lambda line: line["bound"] is not None)
 changed("another objective", DECIDED, lambda line: {"objective": (line["objective"] or 0) + 1})
-changed("a decision a tick late", DECIDED, lambda line: {"tick": line["tick"] + 1})
 
 
 @kind
@@ -296,10 +240,9 @@ for _event, _name in ((MOVED, "robot"), (LIFTED, "pod"), (TRIP, "station"), (ASS
 # Cancellations
 
 CANCELLED = "order_cancelled"
-dropped("a cancellation dropped", CANCELLED)
-doubled("a cancellation twice", CANCELLED)
-changed("a cancellation of another order", CANCELLED, lambda line: {"order": line["order"] ^ 1})
-changed("a cancellation a tick late", CANCELLED, lambda line: {"tick": line["tick"] + 1})
+missaid("a cancellation", CANCELLED)
+others(CANCELLED, order="a cancellation of another order")
+shifted(CANCELLED, 1, tick="a cancellation a tick late")
 
 
 @kind
@@ -330,11 +273,9 @@ for _name, _event in (
     ("a closing", "station_closed"),
     ("a change of robots on duty", "robots_on_duty"),
 ):
-    dropped(f"{_name} dropped", _event)
-    doubled(f"{_name} twice", _event)
-    changed(f"{_name} a second late", _event, lambda line: {"tick": line["tick"] + 1000})
-changed("another number of robots on duty", "robots_on_duty", lambda line: {"number": line["number"] - 1})
-changed("the last assignment to another station", ASSIGNED, lambda line: {"station": line["station"] ^ 1}, at=1.0)
+    missaid(_name, _event)
+    shifted(_event, 1000, tick=f"{_name} a second late")
+shifted("robots_on_duty", -1, number="another number of robots on duty")
 
 
 @kind

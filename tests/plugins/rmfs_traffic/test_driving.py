@@ -4,91 +4,38 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
-import numpy as np
 import pytest
 from attrs import define
 
 import rmfs_core
 from cases import cases
 from corridor import CORRIDOR, CORRIDOR_MAP, INSTANCE, inline
-from crowds import paper_roads
+from reserving import occupy
 from rmfs_commands.details.loading import load_result
 from rmfs_commands.layouts import parse_map
 from rmfs_commands.testing import small_instance, small_layout
-from rmfs_core import hookimpl
+from rmfs_commands.validation import validate_trace
+from rmfs_core import events, hookimpl
 from rmfs_core.decisions import Leg
 from rmfs_core.decisions import Path as Way
 from rmfs_core.errors import InputError, RuleError, StandstillError
-from rmfs_core.events import (
-    Event,
-    OrderCompleted,
-    PodLifted,
-    PodStored,
-    QueueJoined,
-    RobotMoved,
-    TaskAssigned,
-    VisitEnded,
-    VisitStarted,
-)
+from rmfs_core.events import Event
 from rmfs_core.scenario.model import RuleChoice, RunSection
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.warehouse import Robot
 from rmfs_core.world import NORTH, check_layout
 from rmfs_rules.sipp import Pbs, Sipp
-from rmfs_traffic import FOREVER, FleetTraffic, Occupancy, Query, Roads, Traffic, occupancy, timed_path
-from rmfs_traffic.complete import CompleteDriving
-from rmfs_traffic.reserved import Course, ReservedDriving
+from rmfs_traffic import FOREVER, FleetTraffic, Occupancy, Query, Traffic, occupancy, timed_path
+from rmfs_traffic.reserved import Course
 from rmfs_traffic.windowed import WindowedDriving
-from told import Prepare, ToldRun
+from told import Prepare
 
 
 @pytest.mark.parametrize("pp", ["sipp", "pbs"])
 def test_robots_pass_a_corridor_for_one(tiny_run: Prepare, pp: str) -> None:
-    """Where only one robot at a time can pass, the others wait where they block nobody."""
     check_layout(CORRIDOR, "corridor")
     tiny = tiny_run(INSTANCE, capacity=3, robots=3, layout=CORRIDOR, queue_length=1, pp=pp).done()
-    assert len(tiny.of(OrderCompleted)) == 16
-
-
-class Overtaking:
-    """Observer of the order in which pods that came straight from storage are served at each station."""
-
-    def __init__(self) -> None:
-        self.lifted: dict[int, int] = {}
-        self.served: dict[int, list[int]] = {}
-        """When each pod was lifted, by station, as they are served."""
-
-    @rmfs_core.hookimpl
-    def on_event(self, event: Event) -> None:
-        if isinstance(event, PodLifted):
-            self.lifted[event.pod] = event.tick
-        elif isinstance(event, VisitStarted) and event.pod in self.lifted:
-            self.served.setdefault(event.station, []).append(self.lifted.pop(event.pod))
-
-
-def test_who_comes_first_goes_first(monkeypatch: pytest.MonkeyPatch) -> None:
-    both = CompleteDriving.both
-    tried = []
-
-    def checked(driving: CompleteDriving, course: Course, first: Query, ahead: Course, second: Query) -> Any:
-        def ahead_of_now() -> list[list[tuple[int, int, int]]]:
-            now = driving.run.warehouse.now
-            cells = range(driving.roads.cells)
-            return [[entry for entry in driving.table.reserved(cell) if entry[2] > now] for cell in cells]
-
-        before = ahead_of_now()
-        paths = both(driving, course, first, ahead, second)
-        tried.append(paths is not None)
-        assert paths is not None or ahead_of_now() == before
-        return paths
-
-    monkeypatch.setattr(CompleteDriving, "both", checked)
-    observer = Overtaking()
-    settings = ["rules.pp=sipp", "robots.count=24", "instance.orders=60", "stations.pick_s=1.0"]
-    result = rmfs_core.run("paper-250", seed=2, overrides=settings, observers=[observer])
-    assert result.status == "complete"
-    assert {True, False} == set(tried)
-    assert any(lifted != sorted(lifted) for lifted in observer.served.values())
+    assert len(tiny.of(events.OrderCompleted)) == 16
 
 
 STRAIGHT = """
@@ -105,8 +52,8 @@ def test_the_next_pod_rolls_in_over_a_clear_cell(tiny_run: Prepare, sign: str, l
     layout = parse_map(STRAIGHT.format(sign), "straight")
     check_layout(layout, "straight")
     tiny = tiny_run(INSTANCE, capacity=3, robots=3, layout=layout, queue_length=3, pp="sipp").done()
-    begins = [event.tick for event in tiny.of(VisitStarted)][1:]
-    ends = [event.tick for event in tiny.of(VisitEnded)]
+    begins = [event.tick for event in tiny.of(events.VisitStarted)][1:]
+    ends = [event.tick for event in tiny.of(events.VisitEnded)]
     assert min(begin - end for begin, end in zip(begins, ends, strict=False)) == least_ticks
 
 
@@ -172,15 +119,19 @@ class LetsOthersWait:
     @hookimpl
     def plan_paths(self, queries: Sequence[Query], traffic: FleetTraffic) -> dict[int, Path]:
         table, paths = traffic.table.copy(), Pbs(most_nodes=0).plan_paths(queries, traffic)
+
+        def take(robot: int, cells: Occupancy) -> None:
+            table.release(robot)
+            if robot in traffic.under_way:
+                table.add(robot, traffic.under_way[robot])
+            table.add(robot, cells)
+
         for query in queries:
             if query.robot in paths:
                 self.put_off[query.robot] = 0
                 path = Sipp().search(traffic.roads, table, query)
                 assert path is not None
-                table.release(query.robot)
-                if query.robot in traffic.under_way:
-                    table.add(query.robot, traffic.under_way[query.robot])
-                table.add(query.robot, occupancy(traffic.roads, path))
+                take(query.robot, occupancy(traffic.roads, path))
         for query in queries:
             if query.robot in traffic.arrives:
                 later = Sipp().search(traffic.roads, table, query)
@@ -190,10 +141,7 @@ class LetsOthersWait:
                 taken = occupancy(traffic.roads, timed_path(traffic.roads, query, waits.legs))
                 if table.is_free(query.robot, taken):
                     paths[query.robot] = waits
-                    table.release(query.robot)
-                    if query.robot in traffic.under_way:
-                        table.add(query.robot, traffic.under_way[query.robot])
-                    table.add(query.robot, taken)
+                    take(query.robot, taken)
                     self.put_off[query.robot] += 1
                     self.most.append(self.put_off[query.robot])
         return paths
@@ -214,21 +162,21 @@ def pp(request: pytest.FixtureRequest) -> str:
 
 def test_pods_are_served_in_line(tiny_run: Prepare, pp: str) -> None:
     tiny = tiny_run(INSTANCE, capacity=3, robots=4, pp=pp).done()
-    joined = [event.pod for event in tiny.of(QueueJoined)]
-    assert [event.pod for event in tiny.of(VisitStarted)] == joined
+    joined = [event.pod for event in tiny.of(events.QueueJoined)]
+    assert [event.pod for event in tiny.of(events.VisitStarted)] == joined
     tiny = tiny_run(INSTANCE, capacity=3, robots=4, pp=pp, at_stations={"1": ("2", "3")}).done()
-    assert [event.pod for event in tiny.of(VisitStarted)][:2] == [1, 2]
-    assert len(tiny.of(OrderCompleted)) == 16
+    assert [event.pod for event in tiny.of(events.VisitStarted)][:2] == [1, 2]
+    assert len(tiny.of(events.OrderCompleted)) == 16
 
 
-def moved_without_a_task(events: list[Event]) -> bool:
+def moved_without_a_task(told: list[Event]) -> bool:
     busy: set[int] = set()
-    for event in events:
-        if isinstance(event, TaskAssigned):
+    for event in told:
+        if isinstance(event, events.TaskAssigned):
             busy.add(event.robot)
-        elif isinstance(event, PodStored):
+        elif isinstance(event, events.PodStored):
             busy.discard(event.robot)
-        elif isinstance(event, RobotMoved) and event.robot not in busy:
+        elif isinstance(event, events.RobotMoved) and event.robot not in busy:
             return True
     return False
 
@@ -239,7 +187,7 @@ def test_idle_robots_step_aside(tiny_run: Prepare, pp: str, seed: int) -> None:
     tiny = tiny_run(
         INSTANCE, capacity=3, robots=len(layout.storage_locations) - 1, queue_length=1, layout=layout, pp=pp, seed=seed
     ).done()
-    assert len(tiny.of(OrderCompleted)) == 16
+    assert len(tiny.of(events.OrderCompleted)) == 16
     assert moved_without_a_task(tiny.events)
 
 
@@ -268,15 +216,6 @@ def test_who_finds_nobody_in_line_takes_the_shortcut(pp: str) -> None:
     (visits, plain), (same, short) = visits_and_metres("plain"), visits_and_metres("shortcut")
     assert visits == same
     assert 6 * visits <= plain - short <= 8 * visits
-
-
-def test_only_the_cells_that_robots_stand_in_are_registered(tiny_run: Prepare) -> None:
-    simulation = tiny_run(INSTANCE, capacity=3, robots=4, pp="whca-n", at_stations={"1": ("2", "3")}).simulation
-    simulation.start()
-    registered = simulation.driving.registered
-    for robot in simulation.warehouse.robots:
-        assert registered.reserved(robot.cell) == [(robot.id, 0, FOREVER)]
-    assert registered.arrays.count.sum() == 4
 
 
 @cases("motion seconds waiting", ("", r"5\d\d", 2), (", top_speed_m_per_s = 0.01", r"6\d{4}", 1))
@@ -316,54 +255,11 @@ def test_a_standstill_names_a_robot_that_is_leaving_the_cell_it_wants(tiny_run: 
     assert f"on its way to {CORRIDOR.where(left)}" in sentence
 
 
-def overlapping(moves: list[RobotMoved], roads: Roads) -> int:
-    """Runs that, when they begin, overlap what another robot has until it begins its next run, or for ever."""
-    quarter = int(roads.travel.turns[1])
-    begun: dict[int, dict[int, dict[int, tuple[int, int]]]] = {}
-    now: dict[int, dict[int, tuple[int, int]]] = {}
-    for move in moves:
-        now.setdefault(move.robot, {move.origin: (0, FOREVER)})
-        heading = (move.heading - move.turn_ticks // quarter) % 4  # turns to the left take as long
-        begin = move.tick - move.turn_ticks - int(roads.travel.runs[move.distance_m])
-        path = timed_path(roads, Query(move.robot, move.origin, heading, begin, move.to), (Leg(move.to),))
-        has = occupancy(roads, path)
-        cells = zip(has.cells.tolist(), zip(has.since.tolist(), has.until.tolist(), strict=True), strict=True)
-        begun.setdefault(begin, {})[move.robot] = dict(cells)
-    found = 0
-    for begin, beginning in sorted(begun.items()):
-        if begin > moves[-1].tick - 60_000:
-            break  # runs under way at the end are not told, so that it is not known who has what
-        now |= beginning
-        for robot, run in beginning.items():
-            others = (has for other, has in now.items() if other != robot)
-            found += any(
-                cell in has and has[cell][0] < until and since < has[cell][1]
-                for has in others
-                for cell, (since, until) in run.items()
-            )
-    return found
-
-
 @pytest.mark.parametrize("robots", [8, 32])
-def test_a_run_across_a_stop_is_refused(monkeypatch: pytest.MonkeyPatch, robots: int) -> None:
-    def overlapping_runs(queue: str) -> int:
-        observer = ToldRun()
-        settings = ["rules.pp=whca-n", f"robots.count={robots}", "instance.orders=60", "stations.pick_s=1.0"]
-        settings += ["run.until_s=10_000.0", f"layout.queue={queue}"]
-        result = rmfs_core.run("paper-250", overrides=settings, observers=[observer])
-        assert result.status == "complete"
-        return overlapping(observer.of(RobotMoved), paper_roads())
-
-    assert overlapping_runs("plain") == overlapping_runs("shortcut") == 0
-    monkeypatch.setattr(WindowedDriving, "register", ReservedDriving.register)
-    monkeypatch.setattr(WindowedDriving, "leave_station", leaves_at_once)
-    assert overlapping_runs("plain") > 0  # with shortcuts, such runs would stand still
-
-
-def leaves_at_once(driving: WindowedDriving, course: Course) -> None:
-    station = driving.leave_line(course)
-    if station is not None:
-        driving.let_move_up(station)
+def test_no_two_robots_meet_under_windows(robots: int, tmp_path: Path) -> None:
+    settings = ["rules.pp=whca-n", f"robots.count={robots}", "instance.orders=60", "stations.pick_s=1.0"]
+    assert rmfs_core.run("paper-250", overrides=settings, out=tmp_path, record=["trace"]).status == "complete"
+    assert validate_trace(tmp_path) == []
 
 
 def blocked(simulation: Simulation) -> tuple[Course, int]:
@@ -381,18 +277,14 @@ def test_who_had_reserved_the_cell_of_a_refused_robot_plans_anew(tiny_run: Prepa
     driving, table = simulation.driving, simulation.driving.table
     first, ahead = blocked(simulation)
     second = driving.courses[1]
-    table.commit(first.robot.id, table_row((first.robot.cell, 0, 100)))
-    table.commit(second.robot.id, table_row((second.robot.cell, 0, FOREVER), (first.robot.cell, 500, 600)))
+    table.commit(first.robot.id, occupy((first.robot.cell, 0, 100)))
+    table.commit(second.robot.id, occupy((second.robot.cell, 0, FOREVER), (first.robot.cell, 500, 600)))
     assert not driving.register(first, ahead)
     assert [owner for owner, _, _ in table.reserved(first.robot.cell)] == [first.robot.id]
     assert [owner for owner, _, _ in table.reserved(second.robot.cell)] == [second.robot.id]
     assert set(driving.asking) == {first.robot.id, second.robot.id}
     sentence = driving.waits_for(first)
     assert f"waits for {CORRIDOR.where(ahead)}, which robot {driving.courses[-1].robot.name} has" in sentence
-
-
-def table_row(*intervals: tuple[int, int, int]) -> Occupancy:
-    return Occupancy(*(np.array(column, dtype=np.int64) for column in zip(*intervals, strict=True)))
 
 
 class Ghost:
@@ -403,7 +295,7 @@ class Ghost:
 
     @rmfs_core.hookimpl
     def on_event(self, event: Event) -> None:
-        if isinstance(event, TaskAssigned):
+        if isinstance(event, events.TaskAssigned):
             driving, robot = self.simulation.driving, self.simulation.warehouse.robots[event.robot]
             location = self.simulation.warehouse.pods[event.pod].location
             self.cell = driving.ahead(Query(robot.id, robot.cell, robot.heading, 0, location))
@@ -416,8 +308,8 @@ def test_who_is_refused_for_long_steps_aside(tiny_run: Prepare) -> None:
     ghost.simulation = tiny.simulation
     tiny.simulation.rules.register_observer(ghost)
     tiny.simulation.run()
-    assert len(tiny.of(OrderCompleted)) == 1
-    moves = tiny.of(RobotMoved)
+    assert len(tiny.of(events.OrderCompleted)) == 1
+    moves = tiny.of(events.RobotMoved)
     assert 30_000 <= moves[0].start_tick < 33_000
     assert moves[0].distance_m == 1
     assert ghost.cell not in {move.to for move in moves}
@@ -517,19 +409,6 @@ def test_nobody_gets_ahead_of_those_ahead_in_line(tiny_run: Prepare) -> None:
         assert not driving.register(second, slots[1])
     stand(first, station.cell)
     assert driving.register(second, slots[1])
-
-
-def test_without_that_order_robots_stand_in_each_others_way(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Under `whca-n` RAWSim-O's queues work; they would not if robots could get ahead of those ahead in line."""
-
-    def status() -> str:
-        settings = ["rules.pp=whca-n", "layout.queue=shortcut", "run.standstill_s=300.0", "instance.orders=100"]
-        return rmfs_core.run("paper-250", overrides=settings).status
-
-    assert status() == "complete"
-    monkeypatch.setattr(WindowedDriving, "gets_ahead", lambda *_, **__: None)
-    with pytest.raises(StandstillError, match="waits for row"):
-        status()
 
 
 @pytest.mark.slow

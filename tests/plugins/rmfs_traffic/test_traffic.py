@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cases import cases
-from reserving import hold_until
+from reserving import hold_until, occupy
 from rmfs_commands.layouts import parse_map
 from rmfs_core.clock import UNREACHABLE, far, to_seconds
 from rmfs_core.decisions import Leg, Path
@@ -17,7 +17,6 @@ from rmfs_core.world import EAST, NORTH, WEST, CellKind
 from rmfs_core.world.travel import Travel, travel_on
 from rmfs_traffic import (
     FOREVER,
-    Occupancy,
     PassingTimes,
     Query,
     Reservations,
@@ -148,10 +147,6 @@ def test_tracks_have_the_times_of_their_goal() -> None:
             array[...] = 0
 
 
-def occupy(*intervals: tuple[int, int, int]) -> Occupancy:
-    return Occupancy(*(np.array(column, dtype=np.int64) for column in zip(*intervals, strict=True)))
-
-
 def test_who_blocks_a_cell() -> None:
     table = Reservations(3)
     hold_until(table, 7, 1, 10, 30)
@@ -192,19 +187,22 @@ def test_a_path_is_settled_as_it_is_committed(paths: list[tuple[int, int, int, l
     one, two = Reservations(OPEN.cells), Reservations(OPEN.cells)
     for owner, cell, tick, ends in paths:
         start = Stop(cell, EAST, tick)
-        outcomes: list[object] = []
-        try:
-            rows, end = one.settle(owner, OPEN, start, np.array(ends, dtype=np.int64).reshape(-1, 2))
-            outcomes.append((rows.tolist(), end))
-        except ValueError as error:  # what another has, or no straight run
-            outcomes.append((type(error), str(error)))
+        problem = None
         try:
             occupied, end = drive(OPEN, start, [Leg(*leg) for leg in ends])
             two.commit(owner, occupied)
-            outcomes.append(([occupied.cells.tolist(), occupied.since.tolist(), occupied.until.tolist()], end))
+        except ValueError as error:  # what another has, or no straight run
+            problem = type(error), str(error)
+        try:
+            rows, settled = one.settle(owner, OPEN, start, np.array(ends, dtype=np.int64).reshape(-1, 2))
         except ValueError as error:
-            outcomes.append((type(error), str(error)))
-        assert outcomes[0] == outcomes[1]
+            assert (type(error), str(error)) == problem
+        else:
+            assert problem is None
+            assert (rows.tolist(), settled) == (
+                [occupied.cells.tolist(), occupied.since.tolist(), occupied.until.tolist()],
+                end,
+            )
         assert all(one.reserved(cell) == two.reserved(cell) for cell in range(OPEN.cells))
 
 
@@ -230,10 +228,6 @@ def test_who_copies_or_seizes() -> None:
     ]  # fmt: skip
     table.release(1)
     assert (table.reserved(0), table.reserved(2)) == ([], [])
-    table = Reservations(2)
-    table.commit(0, occupy((0, 0, 10), (0, 20, 30), (1, 5, 11)))
-    table.forget_before(10)
-    assert (table.reserved(0), table.reserved(1)) == ([(0, 20, 30)], [(0, 5, 11)])
 
 
 @given(

@@ -7,7 +7,7 @@ import math
 import re
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
@@ -36,6 +36,8 @@ from rmfs_core.warehouse import WarehouseView
 from saying import said
 
 Install = Callable[..., None]
+Record = Callable[[str], None]
+FEW = ["instance.orders=2"]
 
 RECORDER = """
 @define
@@ -51,16 +53,22 @@ def writing(file: object) -> str:
     return RECORDER.replace('"acme.txt"', repr(file))
 
 
-def test_a_third_partys_recorder_is_switched_on_by_its_name(install: Install, tmp_path: Path) -> None:
-    install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=RECORDER)
+@pytest.fixture
+def record(install: Install) -> Record:
+    """Install a distribution with a recorder of a source."""
+    return lambda source: install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=source)
+
+
+def test_a_third_partys_recorder_is_switched_on_by_its_name(record: Record, tmp_path: Path) -> None:
+    record(RECORDER)
     rmfs_core.run("examples/small", out=tmp_path, record=["acme-log"])
     assert (tmp_path / "acme.txt").read_text(encoding="utf-8") == "recorded"
     rmfs_core.run("examples/small", out=tmp_path)
     assert not (tmp_path / "acme.txt").exists()
 
 
-def test_only_recorders_that_are_switched_on_are_imported(install: Install, tmp_path: Path) -> None:
-    install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=RECORDER)
+def test_only_recorders_that_are_switched_on_are_imported(record: Record, tmp_path: Path) -> None:
+    record(RECORDER)
     for _ in range(2):
         rmfs_core.run("examples/small", out=tmp_path, record=["trace"])
     assert "acme_log" not in sys.modules
@@ -76,16 +84,14 @@ def test_only_recorders_that_are_switched_on_are_imported(install: Install, tmp_
     ("raise SystemExit(1)", "cannot be imported from acme_log:Recorder: SystemExit: 1"),
     ("Recorder = 3", "is no recorder: expected a class with the name of its file as `file`"),
     ("class Recorder:\n    pass", "is no recorder: expected a class"),
-    ("class Recorder:\n    file = '../up.txt'", "is no recorder: expected a class"),
-    ("class Recorder:\n    file = 'result.json'", "is no recorder: expected a class"),
     (
         "class Recorder:\n    file = 'a.txt'\n    def __init__(self, path): pass",
         "cannot be made: TypeError: Recorder.__init__() missing 1 required positional argument: 'path'",
     ),
     ("class Recorder:\n    file = 'a.txt'", "observer Recorder: it implements no observer hook"),
 )
-def test_a_broken_recorder_costs_one_sentence(source, problem, install, tmp_path, capsys) -> None:
-    install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=source)
+def test_a_broken_recorder_costs_one_sentence(source, problem, record, tmp_path, capsys) -> None:
+    record(source)
     command = ["run", "examples/small", "--quiet", "--out", str(tmp_path / "out"), "--record", "acme-log"]
     (line,) = refused(capsys, main, command).splitlines()
     assert problem in line
@@ -94,9 +100,9 @@ def test_a_broken_recorder_costs_one_sentence(source, problem, install, tmp_path
     assert (tmp_path / "out" / "trace.jsonl.gz").exists()
 
 
-def test_a_recorder_that_raises_is_named(install: Install, tmp_path: Path) -> None:
+def test_a_recorder_that_raises_is_named(record: Record, tmp_path: Path) -> None:
     source = RECORDER.replace('(run.out / self.file).write_text("recorded")', "return 1 / 0")
-    install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=source)
+    record(source)
     with pytest.raises(rmfs_core.RuleError, match=r'^recorder "acme-log" \(acme 1.0\), run_started, .* ZeroDivision'):
         rmfs_core.run("examples/small", out=tmp_path, record=["acme-log"])
     assert (tmp_path / "result.json").exists()
@@ -105,30 +111,30 @@ def test_a_recorder_that_raises_is_named(install: Install, tmp_path: Path) -> No
 @cases(
     "file", "", ".", "..", "../up.txt", "/tmp.txt", "a/b.txt", "a/", ".hidden", "nul\0.txt", "a" * 300, "Orders.csv", 3
 )
-def test_a_recorder_names_one_plain_file(file: object, install: Install) -> None:
-    install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=writing(file))
+def test_a_recorder_names_one_plain_file(file: object, record: Record) -> None:
+    record(writing(file))
     with pytest.raises(InputError, match=r'recorder "acme-log" \(acme 1.0\) is no recorder: expected a class with'):
         load_recorder("acme-log")
 
 
-def test_two_recorders_of_one_file_are_not_switched_on_together(install: Install, tmp_path: Path) -> None:
-    install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=writing("trace.jsonl.gz"))
+def test_two_recorders_of_one_file_are_not_switched_on_together(record: Record, tmp_path: Path) -> None:
+    record(writing("trace.jsonl.gz"))
     expected = r'recorder "trace" \(rmfs .*\) and recorder "acme-log" \(acme 1.0\) write the same file, trace.jsonl'
     with pytest.raises(InputError, match=expected):
         rmfs_core.run("examples/small", out=tmp_path / "out", record=["trace", "acme-log"])
     assert not (tmp_path / "out").exists()
 
 
-def test_a_file_that_no_run_has_written_is_left_alone(install: Install, tmp_path: Path) -> None:
-    install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=writing("notes.txt"))
+def test_a_file_that_no_run_has_written_is_left_alone(record: Record, tmp_path: Path) -> None:
+    record(writing("notes.txt"))
     mine = tmp_path / "out" / "notes.txt"
     mine.parent.mkdir()
     mine.write_text("mine", encoding="utf-8")
     with pytest.raises(InputError, match=r"found a file notes\.txt that no run of rmfs has written"):
         rmfs_core.run("examples/small", out=mine.parent, record=["acme-log"])
-    rmfs_core.run("examples/small", overrides=["instance.orders=2"], out=mine.parent)
+    rmfs_core.run("examples/small", overrides=FEW, out=mine.parent)
     assert mine.read_text(encoding="utf-8") == "mine"
-    rmfs_core.run("examples/small", overrides=["instance.orders=2"], out=mine.parent)
+    rmfs_core.run("examples/small", overrides=FEW, out=mine.parent)
     assert not mine.exists()
 
 
@@ -150,7 +156,7 @@ class Watcher:
 )
 def test_a_broken_observer_of_every_run_costs_a_sentence(source, problem, install, capsys) -> None:
     install("acme", {"acme-watch": "acme_watch:Watcher"}, group="rmfs.observers", acme_watch=source)
-    result = rmfs_core.run("examples/small", overrides=["instance.orders=2"])
+    result = rmfs_core.run("examples/small", overrides=FEW)
     assert result.status == "complete"
     assert "acme_one" not in result.metrics
     (line,) = capsys.readouterr().err.splitlines()
@@ -161,7 +167,7 @@ def test_a_broken_observer_of_every_run_costs_a_sentence(source, problem, instal
 def test_the_version_of_an_observer_of_every_run_is_kept(install: Install) -> None:
     source = WATCHER.replace("FILES", "()")
     install("acme", {"acme-watch": "acme_watch:Watcher"}, group="rmfs.observers", acme_watch=source)
-    result = rmfs_core.run("examples/small", overrides=["instance.orders=2"])
+    result = rmfs_core.run("examples/small", overrides=FEW)
     assert (result.metrics["acme_one"], result.versions["acme"]) == (1, "1.0")
 
 
@@ -185,7 +191,7 @@ def test_what_anothers_observer_does_wrong_takes_no_metric_away(hook: str, insta
     source = CLASHING.replace("HOOK", repr(hook))
     install("acme", {"zebra": "acme_watch:Watcher"}, group="rmfs.observers", acme_watch=source)
     with pytest.raises(RunError, match=r'observer "zebra" \(acme 1.0\)') as caught:
-        rmfs_core.run("examples/small", overrides=["instance.orders=2"])
+        rmfs_core.run("examples/small", overrides=FEW)
     result = caught.value.result
     assert result.metrics["orders_total"] == 2
     assert result.described["picks"].label != "My picks"
@@ -268,14 +274,14 @@ def test_observers_describe_what_they_measure() -> None:
     assert Metric("queries", "Path queries").label == "Path queries"
 
 
-@pytest.mark.parametrize("measures", ["walks", ("walks",), {"walks": 1}, Metric("walks")])
-def test_a_wrong_description_is_refused(measures: object) -> None:
-    class Walks:
-        def __init__(self) -> None:
-            self.measures = measures
-
-    assert said(InputError, described_by, [Walks()]) == (
-        f"class Walks: expected `measures` to be a tuple of rmfs_core.results.catalogue.Metric, found {measures!r:.80}"
+@cases(
+    "measures found",
+    *((one, repr(one)) for one in ("walks", ("walks",), {"walks": 1}, Metric("walks"))),
+    (property(lambda _: {}["none"]), "KeyError('none')"),
+)
+def test_a_wrong_description_is_refused(measures: object, found: str) -> None:
+    assert said(InputError, described_by, [type("Walks", (), {"measures": measures})()]) == (
+        f"class Walks: expected `measures` to be a tuple of rmfs_core.results.catalogue.Metric, found {found:.80}"
     )
 
 
@@ -287,29 +293,12 @@ def test_a_metric_is_shown_on_a_line(wrong: dict[str, object]) -> None:
         Metric("legs", **wrong)
 
 
-def test_measures_that_cannot_be_read_are_one_sentence() -> None:
-    class Watching:
-        @property
-        def measures(self) -> tuple[Metric, ...]:
-            raise LookupError("none")
-
-    expected = r"class Watching: expected `measures` to be .*, found LookupError\('none'\)"
-    with pytest.raises(InputError, match=expected):
-        described_by([Watching()])
-
-
-def test_results_replace_neither_the_input_nor_what_is_no_result(tmp_path: Path) -> None:
+def test_results_do_not_replace_the_input(tmp_path: Path) -> None:
     main(["generate", "examples/small", "--out", str(tmp_path / "data")])
     before = (tmp_path / "data" / "orders.csv").read_bytes()
     with pytest.raises(rmfs_core.InputError, match=r"results would replace `instance\.orders_file`, orders\.csv"):
         rmfs_core.run(tmp_path / "data" / "scenario.toml", out=tmp_path / "data")
     assert (tmp_path / "data" / "orders.csv").read_bytes() == before
-    (tmp_path / "orders.csv").write_text("mine", encoding="utf-8")
-    with pytest.raises(rmfs_core.InputError, match=r"found a file orders\.csv that no run of rmfs has written"):
-        rmfs_core.run("examples/small", out=tmp_path)
-    assert (tmp_path / "orders.csv").read_text(encoding="utf-8") == "mine"
-    for seed in (1, 2):
-        rmfs_core.run("examples/small", seed=seed, out=tmp_path / "new")
 
 
 def test_a_run_that_is_refused_leaves_no_folder(tmp_path: Path) -> None:
@@ -318,25 +307,6 @@ def test_a_run_that_is_refused_leaves_no_folder(tmp_path: Path) -> None:
         with pytest.raises(rmfs_core.InputError, match="robots"):
             rmfs_core.run("examples/small", overrides=["robots.count=1000"], out=tmp_path / folder)
     assert [path.name for path in tmp_path.iterdir()] == ["old"]
-
-
-def test_a_pod_more_than_needed_is_no_error(tmp_path: Path) -> None:
-    (tmp_path / "rule.py").write_text(
-        "from attrs import define\nfrom rmfs_core import PodTrip, hookimpl\n\n@define\nclass Two:\n"
-        "    @hookimpl\n    def select_pods(self, warehouse, max_fetches):\n"
-        "        trips, used = [], set()\n"
-        "        for station in warehouse.stations:\n"
-        "            wanted = {request.sku for request in station.uncovered_requests}\n"
-        "            fits = [pod for pod in warehouse.free_pods if wanted & set(pod.contents) and pod.id not in used]\n"
-        "            for pod in fits[:2][: max_fetches - len(trips)]:\n"
-        "                used.add(pod.id)\n                trips.append(PodTrip(pod.id, station.id))\n"
-        "        return trips\n",
-        encoding="utf-8",
-    )
-    (tmp_path / "s.toml").write_text(
-        '[instance]\norders = 30\n[rules]\npoa = "pod-match"\npps = "./rule.py:Two"\n', encoding="utf-8"
-    )
-    assert rmfs_core.run(tmp_path / "s.toml").metrics["orders_completed"] == 30
 
 
 def test_how_metrics_are_shown_is_checked_before_the_run() -> None:
@@ -388,30 +358,32 @@ class Pressing:
         self.heard[1] += 1
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="no POSIX signals")
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Heed Ctrl-C, which tests in the background ignore; after the test it is handled as before."""
+    if sys.platform == "win32":
+        pytest.skip("no POSIX signals")
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    after = signal.signal(signal.SIGINT, before)
+    assert after is signal.default_int_handler
+
+
+@pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize(("times", "heard"), [(1, 0), (2, 1)])
 def test_a_run_is_interrupted_between_events(times: int, heard: int) -> None:
     """So that nobody has heard half of one; at the second Ctrl-C at once. Afterwards all is as before."""
     observer = Pressing(times)
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # tests in the background ignore it
-    try:
-        result = rmfs_core.run("examples/small", observers=[observer])
-        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    finally:
-        signal.signal(signal.SIGINT, before)
+    result = rmfs_core.run("examples/small", observers=[observer])
     assert (result.interrupted, result.status) == (True, "partial")
     assert observer.heard[0] - observer.heard[1] == heard
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="no POSIX signals")
+@pytest.mark.usefixtures("interruptible")
 def test_a_run_whose_last_event_is_interrupted_is_complete() -> None:
     counting = Pressing(0)
     rmfs_core.run("examples/small", observers=[counting])
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        result = rmfs_core.run("examples/small", observers=[Pressing(1, at=counting.heard[0])])
-    finally:
-        signal.signal(signal.SIGINT, before)
+    result = rmfs_core.run("examples/small", observers=[Pressing(1, at=counting.heard[0])])
     assert (result.interrupted, result.status) == (False, "complete")
 
 
@@ -480,7 +452,6 @@ def two_lines() -> None:
 @cases(
     "act problem",
     (lambda: Unreadable(a=1), r"measured, at .* s: returned Unreadable \{'a': 1\}, which raised LookupError: not yet"),
-    (lambda: [1], r"measured, at .* s: returned list \[1\]; expected numbers by name"),
     (lambda: {"a\n": 1}, r"named a metric 'a\\n'; expected letters"),
     (speechless, "^Speechless$"),
     (two_lines, "^LookupError: one two$"),
@@ -533,8 +504,6 @@ def test_objects_of_installed_rules(tmp_path: Path) -> None:
         assert (tmp_path / "object" / file).read_bytes() == (tmp_path / "name" / file).read_bytes()
     again = rmfs_core.run(load_result(tmp_path / "object").scenario)
     assert again.metrics == load_result(tmp_path / "name").metrics
-    with pytest.raises(rmfs_core.InputError, match=r'^argument rules\.pps: rule "Oldest" .* does not decide PPS'):
-        rmfs_core.run("examples/small", rules={"pps": Oldest()})
     with pytest.raises(rmfs_core.InputError, match=r"^argument rules: expected `poa` and `pps`.* found `poa` alone$"):
         rmfs_core.run("examples/small", overrides=["rules.poa_pps=pod-index"], rules={"poa": Oldest()})
     with pytest.raises(rmfs_core.RuleError, match=r'^rule "Oldest" \(.* object\), assign_orders, at 0\.000 s: raised '):
@@ -548,14 +517,17 @@ def test_a_run_without_a_complete_order_says_why(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))["notes"] == [note]
     assert load_result(tmp_path).notes == [note]
     assert note in result._repr_html_()
-    done = rmfs_core.run("examples/small", overrides=["instance.orders=2"])
+    done = rmfs_core.run("examples/small", overrides=FEW)
     assert (done.notes, "notes" in done.to_dict()) == ([], False)
 
 
 READING = """
-from pathlib import Path
+from __future__ import annotations
+from typing import TYPE_CHECKING
 from attrs import define
 from rmfs_core import hookimpl
+if TYPE_CHECKING:
+    from pathlib import Path
 @define
 class Reading:
     file: Path
@@ -584,6 +556,7 @@ def test_files_of_parameters_stand_in_the_result(tmp_path: Path, monkeypatch: py
     outside = str(tmp_path / "w.txt")
     assert (given.versions[outside], given.versions["w.txt"]) == (digests[1], digests[0])
     assert given.scenario.rules.pr.parameters == {"file": outside, "more": "w.txt"}
+    assert {type(name) for name in given.scenario.rules.pr.parameters.values()} == {str}
     assert given.metrics["distance_m"] != plain.metrics["distance_m"]
     monkeypatch.syspath_prepend(folder)
     rule = import_module("r").Reading(Path("w.txt"))
@@ -637,7 +610,6 @@ class Interrupting:
 
 @pytest.fixture
 def scenario_file(tmp_path: Path) -> Path:
-    (tmp_path / "failing.py").write_text(FAILING_RULE, encoding="utf-8")
     path = tmp_path / "small.toml"
     path.write_text(SCENARIO, encoding="utf-8")
     return path
@@ -717,24 +689,16 @@ def test_an_interrupted_run_keeps_what_was_measured(scenario_file: Path, tmp_pat
     assert (tmp_path / "out" / "trace.jsonl.gz").exists()
 
 
-def test_a_failed_run_keeps_what_was_measured(scenario_file, tmp_path, monkeypatch) -> None:
-    monkeypatch.chdir(scenario_file.parent)
+def test_a_failed_run_keeps_what_was_measured_and_its_rule_is_found_again(tmp_path, monkeypatch) -> None:
+    (tmp_path / "failing.py").write_text(FAILING_RULE, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    failing = f"{tmp_path}/failing.py"
     with pytest.raises(RuleError, match="out of ideas") as caught:
-        rmfs_core.run(scenario_file, overrides=["rules.pp=./failing.py:Failing"], out=tmp_path / "out")
-    result = caught.value.result
+        rmfs_core.run("examples/small", overrides=["rules.pp=./failing.py:Failing"], out=tmp_path / "out")
+    result, saved = caught.value.result, load_result(tmp_path / "out")
     assert result.status == "failed"
     assert result.metrics["picks"] > 0
-    saved = load_result(tmp_path / "out")
-    assert saved.to_dict() == result.to_dict()
-    assert saved.error == str(caught.value)
-
-
-def test_a_rule_from_the_current_folder_can_be_found_again(scenario_file, tmp_path, monkeypatch) -> None:
-    monkeypatch.chdir(scenario_file.parent)
-    failing = f"{scenario_file.parent}/failing.py"
-    with pytest.raises(RuleError, match="out of ideas"):
-        rmfs_core.run("examples/small", overrides=["rules.pp=./failing.py:Failing"], out=tmp_path / "out")
-    saved = load_result(tmp_path / "out")
+    assert (saved.to_dict(), saved.error) == (result.to_dict(), str(caught.value))
     assert saved.scenario.rules.pp.rule == f"{failing}:Failing"
     assert saved.versions[failing].startswith("sha256:")
     monkeypatch.chdir(tmp_path / "out")
@@ -743,10 +707,6 @@ def test_a_rule_from_the_current_folder_can_be_found_again(scenario_file, tmp_pa
     assert caught.value.result.versions == saved.versions
     with pytest.raises(InputError, match="--no-inline-rules refuses"):
         rmfs_core.run(saved.scenario, allow_inline_rules=False)
-
-
-def shown_in_a_notebook(result: Result) -> list[str]:
-    return [text.strip() for text in ElementTree.fromstring(result._repr_html_()).itertext()]
 
 
 def test_a_notebook_shows_status_and_metrics() -> None:
@@ -758,7 +718,7 @@ def test_a_notebook_shows_status_and_metrics() -> None:
             return {"legs": 2.25, "hidden": 7.0}
 
     result = rmfs_core.run("examples/small", observers=[Counting()])
-    shown = shown_in_a_notebook(result)
+    shown = [text.strip() for text in ElementTree.fromstring(result._repr_html_()).itertext()]
     assert shown[:2] == ["complete", ", seed 1"]
     assert shown[2:5] == ["Orders", "Orders completed", "50"]
     at = shown.index("Picker utilisation")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -32,13 +31,6 @@ from saying import said
 
 Install = Callable[..., None]
 Refusal = Callable[..., str]
-
-
-def test_wrong_role(refusal: Refusal) -> None:
-    assert refusal(poa=RuleChoice("nearest")) == (
-        f'rules.poa: rule "nearest" ({RMFS}) does not decide POA (hook `assign_orders`); class Nearest decides '
-        "PR and packing"
-    )
 
 
 HOOK = "@define\nclass Mine:\n    @hookimpl\n    def {}:\n        return []\n"
@@ -72,22 +64,6 @@ NO_ATTRS = 'rule "mine" (acme 1.0) is no attrs class: expected a class decorated
 def test_a_class_that_is_no_such_rule(refusal: Refusal, install: Install, source: str, problem: str) -> None:
     install("acme", {"mine": "acme_rules:Mine"}, acme_rules=source)
     assert refusal(poa=RuleChoice("mine")) == f"rules.poa: {problem}"
-
-
-@pytest.mark.parametrize("role", [role for role in Role if role is not Role.OBSERVER])
-def test_a_misspelt_hook_is_refused_before_the_run(refusal: Refusal, tmp_path: Path, role: Role) -> None:
-    source = HOOK.format(f"{role.hook}x(self, warehouse)")
-    (tmp_path / "bad.py").write_text(f"from attrs import define\nfrom rmfs_core import hookimpl\n{source}", "utf-8")
-    bad = RuleChoice("./bad.py:Mine")
-    others = {
-        Role.FILTER: {"filters": (bad,)},
-        Role.POA_PPS: {"poa": None, "pps": None, "poa_pps": bad},
-        Role.ROA: {"roa": bad, "rps": RuleChoice("emptiest-pod")},
-        Role.RPS: {"roa": RuleChoice("first-bundle"), "rps": bad},
-    }
-    text = refusal(tmp_path, **others.get(role, {role.key: bad}))
-    assert f"class Mine implements a hook `{role.hook}x`" in text
-    assert role.hook in text.replace(f"{role.hook}x", "")
 
 
 def test_a_hook_without_arguments_says_so() -> None:
@@ -276,21 +252,6 @@ def test_types_are_named_for_people(kind: Any, name: str) -> None:
     assert type_name(kind) == name
 
 
-WITH_FILE = """
-from __future__ import annotations
-from typing import TYPE_CHECKING
-from attrs import define
-from rmfs_core import hookimpl
-if TYPE_CHECKING:
-    from pathlib import Path
-@define
-class Mine:
-    weights: Path
-    @hookimpl
-    def choose_storage_location(self, warehouse): return min(warehouse.free_storage_locations)
-"""
-
-
 @define
 class Many:
     one: Path | None = None
@@ -367,27 +328,13 @@ def test_a_file_that_may_not_be_read(folder: Path) -> None:
         find_file(str(folder / "a.bin"))
 
 
-def test_a_rule_set_knows_its_files(folder: Path, install: Callable[..., None]) -> None:
-    install("acme", {"mine": "acme_rules:Mine"})
-    (folder / "acme" / "acme_rules.py").write_text(WITH_FILE, encoding="utf-8")
-    given = GivenText("a.bin", str(folder / "deep"))
-    rules = RulesSection(RuleChoice("pod-match"), RuleChoice("demand"), pr=RuleChoice("mine", {"weights": given}))
-    loaded = RuleSet.load(rules, str(folder))
-    (one,) = loaded.files
-    assert loaded.pr.instance.weights == folder / "deep" / "a.bin"
-    assert (one.name, one.digest()) == ("deep/a.bin", f"sha256:{hashlib.sha256(b'deep/a.bin').hexdigest()}")
-    named = loaded.with_file_names(rules)
-    assert named.pr.parameters == {"weights": "deep/a.bin"}
-    assert type(named.pr.parameters["weights"]) is str
-
-
 EVENTS = "a tuple of classes of events, or a mapping from these to lists of functions"
 NEEDED = "a tuple of 'unlimited stock', 'item capacity' or 'no batteries'"
 
 
 def test_traits_have_defaults() -> None:
-    assert RuleTraits.of(object(), "here", "it") == RuleTraits()
-    assert RuleTraits.of(SimpleNamespace(reserves=None, packing_capacity=None), "here", "it") == RuleTraits()
+    for rule in (object(), SimpleNamespace(reserves=None, packing_capacity=None)):
+        assert RuleTraits.of(rule, "here", "it") == RuleTraits()
     (role,) = RuleTraits.of(SimpleNamespace(decides=("pps",)), "here", "it").decides
     assert (role.label, role.hook) == ("PPS", "select_pods")
 

@@ -34,7 +34,6 @@ from saying import said
 
 RULES_TEXT = '[rules]\npoa = "pod-match"\npps = "demand"\n'
 WHOLE, NUMBER = "expected a whole number", "expected a number"
-NEXT_TO = 'expected "./file.py:Class" for a rule next to the scenario, found'
 WRONG_VALUES = [
     # a text is no number, nor is a truth value, nor is a fraction whole, nor is a number endless
     ("stations.item_capacity", '"8"', f'{WHOLE}, found "8"'),
@@ -76,8 +75,7 @@ WRONG_VALUES = [
         "expected a key `rule` with the name of a rule in addition to the parameters, found none",
     ),
     ("rules.poa", "3", 'expected the name of a rule or a table { rule = "...", parameter = ... }, found 3'),
-    ("rules.poa", '"./mine:Rule"', f'{NEXT_TO} "./mine:Rule"'),
-    ("rules.poa", '"./mine.py"', f'{NEXT_TO} "./mine.py"'),
+    ("rules.poa", '"./mine"', 'expected "./file.py:Class" for a rule next to the scenario, found "./mine"'),
 ]
 
 
@@ -90,7 +88,7 @@ def test_a_wrong_value_is_refused_with_its_line_and_key(key: str, value: str, pr
 
 
 ARRIVALS_KEYS = "`backlog`, `orders_per_hour`, `process`, `profile`"
-ALONE = "expected `poa` and `pps`, or `poa_pps`, found `poa` alone"
+ALONE = "expected `poa` and `pps`, or `poa_pps`, found"
 BAD_FILES = [
     # a misspelt key, with the nearest one; a misspelt section; a key that resembles none: all are listed
     ("[robots]\ncuont = 3", ", line 2, robots.cuont: unknown key (did you mean `count`?)"),
@@ -122,13 +120,14 @@ BAD_FILES = [
     ),
     ("[instance]\nskus = 2\nskus_per_pod = 3", ", line 1, instance: expected skus_per_pod <= skus, found 3 > 2"),
     ("[stations]\nhandle_s = 2", ", line 1, stations: expected handle_s >= pick_s, found 2.0 < 7.0"),
-    ('[rules]\npoa = "pod-match"\n', f", line 1, rules: {ALONE}"),
+    ('[rules]\npoa = "pod-match"\n', f", line 1, rules: {ALONE} `poa` alone"),
+    ('[rules]\npps = "demand"\n', f", line 1, rules: {ALONE} `pps` alone"),
+    ("[rules]\n", ", line 1, rules: expected `poa` and `pps`, or `poa_pps`"),
     (RULES_TEXT + 'poa_pps = "demand"\n', ", line 1, rules: expected either `poa_pps` or `poa` and `pps`, found both"),
     # a whole section missing
     ("seed = 1  # no [rules]\n", ", rules: this part is missing"),
     # no TOML at all
     ("seed = " + "9" * 5000, ": this is no valid TOML: found a number of more than 4,300 digits"),
-    ("seed = " + "[" * 2000, ": this is no valid TOML: found more than 50 lists or tables in one another"),
     ("seed = 1\nrobots = ", ", line 2, column 10: this is no valid TOML: Invalid value; texts need quotes"),
     ("seed = 1\nseed = 2", ", line 2, column 9: this is no valid TOML: Cannot overwrite a value"),
     # two mistakes: the first in the file, whatever the order of the keys in the documentation
@@ -241,7 +240,6 @@ RULES = {"poa": "pod-match", "pps": "demand"}
         ("robots", "full_turn_s"),
         "expected a finite number, found",
     ),
-    ({"rules": RULES, "robots": {"full_turn_s": True}}, ("robots", "full_turn_s"), "expected a number, found true"),
     (
         {"rules": RULES, "instance": {"pods_at_stations": {"1": ["a", 2]}}},
         ("instance", "pods_at_stations", "1", 1),
@@ -250,9 +248,6 @@ RULES = {"poa": "pod-match", "pps": "demand"}
     ({"rules": {**RULES, "filters": ["a", {}]}}, ("rules", "filters", 1), "expected a key `rule` with the name"),
     ({"rules": {**RULES, "pr": ""}}, ("rules", "pr"), "expected the name of a rule or a table"),
     ({"rules": {**RULES, "pr": {"rule": 3}}}, ("rules", "pr", "rule"), "expected a text in quotes, found 3"),
-    # the first in the order of the file, whatever the order of the class
-    ({"robots": {"lift_s": -1}, "seed": -1, "rules": {}}, ("robots", "lift_s"), "expected a number from 0"),
-    ({"seed": -1, "robots": {"lift_s": -1}, "rules": {}}, ("seed",), "expected a whole number >= 0, found -1"),
 )
 def test_what_is_wrong_has_its_path(data: dict[str, Any], path: tuple[str | int, ...], problem: str) -> None:
     with pytest.raises(KeyProblem) as caught:

@@ -43,7 +43,6 @@ from saying import said
 
 ONE, OTHER = RuleChoice("one"), RuleChoice("other")
 RULES = RulesSection(poa=ONE, pps=OTHER)
-SECTIONS = (Arrivals, InstanceSection, LayoutSection, RobotsSection, RulesSection, RunSection, StationsSection)
 
 
 def test_the_defaults_are_the_papers() -> None:
@@ -58,19 +57,6 @@ def test_the_defaults_are_the_papers() -> None:
     assert instance.items_per_sku is None
     for name in ("acceleration_m_per_s2", "top_speed_m_per_s", "full_turn_s", "lift_s"):
         assert getattr(robots, name) == getattr(Motion(), name)
-
-
-@cases(
-    "make message",
-    (lambda: Arrivals("start", 3.0), 'expected `orders_per_hour` with process "poisson", and only there'),
-    (lambda: InstanceSection(pods_file="p.csv"), "expected `orders_file` and `pods_file` together, or neither"),
-    (lambda: StationsSection(handle_s=6.9), "expected handle_s >= pick_s, found 6.9 < 7.0"),
-    (RulesSection, "expected `poa` and `pps`, or `poa_pps`"),
-    (lambda: RulesSection(pps=ONE), "expected `poa` and `pps`, or `poa_pps`, found `pps` alone"),
-    (lambda: RulesSection(poa_pps=ONE, pps=OTHER), "expected either `poa_pps` or `poa` and `pps`, found both"),
-)
-def test_what_does_not_go_together_is_refused(make: Callable[[], object], message: str) -> None:
-    assert said(ValueError, make) == message
 
 
 def test_keys_that_take_the_place_of_others() -> None:
@@ -89,22 +75,6 @@ def test_keys_that_take_the_place_of_others() -> None:
         assert replaced_keys(section) == ("", frozenset())
 
 
-def keys() -> Iterator[tuple[str, "attrs.Attribute[Any]"]]:
-    for section in (*SECTIONS, Scenario):
-        for attribute in attrs.fields(section):
-            if not attribute.metadata.get("internal"):
-                yield f"{section.__name__}.{attribute.name}", attribute
-
-
-def test_every_key_is_documented_with_its_unit() -> None:
-    units = {"_s": "s", "_per_s": "m/s", "_per_s2": "m/s^2", "_per_hour": "1/h"}
-    for name, attribute in keys():
-        assert attribute.metadata["doc"], name
-        ending = max((end for end in units if name.endswith(end)), key=len, default=None)
-        if ending is not None:
-            assert attribute.metadata["unit"] == units[ending], name
-
-
 def test_another_seed_is_another_scenario_and_another_folder_is_not() -> None:
     scenario = Scenario(rules=RULES, seed=1)
     assert (scenario.with_seed(2).seed, scenario.with_seed(2).with_seed(1)) == (2, scenario)
@@ -115,12 +85,10 @@ def test_another_seed_is_another_scenario_and_another_folder_is_not() -> None:
 @cases(
     "setting problem",
     ("instance.orders=1000000000", "expected a whole number from 0 to 2,000,000, found 1000000000"),
-    ("instance.orders=1000000000000000000", "expected a whole number from 0 to 2,000,000"),
     ("instance.pods=10000000000", "expected a whole number from 1 to 100,000"),
     ("robots.count=10000000000", "expected a whole number from 1 to 100,000"),
     ("layout.block_rows=100000", "expected at most 1,000,000 cells in all, found blocks and halls of about"),
     ("instance.lines=[" + "0," * 999 + "1]", "`lines` with weights from 0 to 1e9, not all 0 up to"),
-    ("instance.items_per_sku=10000000000000000000", "expected a whole number from 1 to 1,000,000,000"),
     ("stations.queue_length=1000000000", "expected a whole number from 1 to 10,000"),
     ("layout.hall_width=1000000000000000000", "expected a whole number from 1 to 100,000"),
     ("instance.max_lines=10000000000000000000", "expected a whole number from 1 to 2,000,000"),
@@ -165,14 +133,12 @@ WRONG = [
     (["instance..orders=3"], KEY_VALUE),
     (["robots.cuont=3"], ": unknown key (did you mean `count`?)"),
     (["robots.count=many"], ': expected a whole number, found "many"'),
-    (["robots.count=0"], ": expected a whole number from 1 to 100,000, found 0"),
     (["robots={count=0}"], ", robots.count: expected a whole number from 1 to 100,000, found 0"),
     (["seed.x=2"], ": `seed` has no keys of its own, it is 1"),
     (
         ['stations.open=[["06:00", "22:00"]]', "stations.open.3=[]"],
         ': `stations.open` has no keys of its own, it is [["06:00", "22:00"]]; expected a table, as { 3 = [] }',
     ),
-    (["rules.poa=pod-mach"], ': there is no rule "pod-mach" (did you mean `pod-match`?)'),
     (["robots.count=2", "robots.count=0"], ": expected a whole number from 1 to 100,000, found 0"),
     (["robots.cuont="], ": unknown key `cuont` (did you mean `count`?)"),
     (["rules.pps="], ", rules: expected `poa` and `pps`, or `poa_pps`, found `poa` alone"),
@@ -220,13 +186,14 @@ def test_nothing_takes_a_key_out(nothing: str) -> None:
 
 
 RULE_FILE = "from attrs import define\n\n\n@define\nclass X:\n    pass\n"
+OWN = '[rules]\npoa = "pod-match"\npps = "demand"\n'
 
 
 def test_files_of_rules_are_looked_up_where_the_command_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "rules").mkdir()
     (tmp_path / "rules" / "my.py").write_text(RULE_FILE, encoding="utf-8")
     (tmp_path / "other").mkdir()
-    (tmp_path / "own.toml").write_text('[rules]\npoa = "pod-match"\npps = "demand"\n', encoding="utf-8")
+    (tmp_path / "own.toml").write_text(OWN, encoding="utf-8")
     monkeypatch.chdir(tmp_path / "other")
     named, absolute = "../rules/my.py:X", f"{tmp_path}/rules/my.py:X"
     overrides = [
@@ -246,7 +213,7 @@ def test_files_of_rules_are_looked_up_where_the_command_is(tmp_path: Path, monke
 
 def test_rules_in_a_scenario_file_stay_relative_to_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "my.py").write_text(RULE_FILE, encoding="utf-8")
-    (tmp_path / "own.toml").write_text('[rules]\npoa = "./my.py:X"\npps = "demand"\n', encoding="utf-8")
+    (tmp_path / "own.toml").write_text(OWN.replace("pod-match", "./my.py:X"), encoding="utf-8")
     (tmp_path / "other").mkdir()
     monkeypatch.chdir(tmp_path / "other")
     assert load_scenario("../own.toml").rules.poa == RuleChoice("./my.py:X")
@@ -274,10 +241,7 @@ def test_files_of_data_are_looked_up_where_the_command_is(tmp_path: Path, monkey
     assert made.layout.parameters == {"files": [str(tmp_path / "there.csv"), "none.csv"]}
     (tmp_path / "below").mkdir()
     own = tmp_path / "below" / "own.toml"
-    own.write_text(
-        '[instance]\norders_file = "o.csv"\npods_file = "p.csv"\n[rules]\npoa = "pod-match"\npps = "demand"\n',
-        encoding="utf-8",
-    )
+    own.write_text(f'{OWN}[instance]\norders_file = "o.csv"\npods_file = "p.csv"\n', encoding="utf-8")
     assert load_scenario(own).instance.orders_file == "o.csv"
     assert load_scenario(own, ["instance.orders_file=below/new.csv"]).instance.orders_file == "new.csv"
     whole = load_scenario(own, ['instance={orders_file="o.csv", pods_file="below/p.csv"}']).instance
@@ -325,9 +289,8 @@ def test_every_key_that_names_a_file_is_known_as_one() -> None:
 
 
 def test_texts_of_parameters_are_given_where_the_command_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "own.toml").write_text(
-        '[rules]\npoa = { rule = "pod-match", a = "w" }\npps = "demand"\n', encoding="utf-8"
-    )
+    rule = '{ rule = "pod-match", a = "w" }'
+    (tmp_path / "own.toml").write_text(OWN.replace('"pod-match"', rule), encoding="utf-8")
     (tmp_path / "other").mkdir()
     monkeypatch.chdir(tmp_path / "other")
     given = load_scenario("../own.toml", ["rules.poa.b=w", 'rules.pps={rule="demand", c=["w"]}']).rules
@@ -361,7 +324,6 @@ def test_every_choice_has_its_path() -> None:
     *((name, False) for name in ("pod-match", "acme.rule", "mypy", "a:b")),
 )
 def test_names_of_files_are_told_from_names_of_rules(name: str, inline: bool) -> None:
-    """Also where the dot at the beginning, or the class at the end, was forgotten."""
     assert is_inline(name) == inline
 
 
@@ -406,7 +368,6 @@ def test_rules_that_are_there_are_accepted(tmp_path: Path, install: Install) -> 
     ("demnd", 'there is no rule "demnd" (did you mean `demand`?)'),
     ("./b.py:A", "there is no file `./b.py` in the scenario's folder ({folder})"),
     ("/nowhere/b.py:A", "there is no file `/nowhere/b.py`"),
-    ("./b.py", 'expected "./file.py:Class" for a rule next to the scenario, found "./b.py"'),
 )
 def test_rules_that_are_not_there_are_refused(tmp_path: Path, name: str, message: str) -> None:
     assert said(KeyProblem, check_rule_name, name, tmp_path, offers(GROUP)) == message.format(folder=tmp_path)
@@ -473,13 +434,8 @@ SCENARIOS = st.builds(
 
 @settings(deadline=None)
 @given(SCENARIOS, st.booleans())
-def test_toml_reads_back_as_an_equal_scenario(scenario: Scenario, comments: bool) -> None:
+def test_what_is_written_reads_back_as_an_equal_scenario(scenario: Scenario, comments: bool) -> None:
     assert scenario_from_dict(tomllib.loads(to_toml(scenario, comments=comments))) == scenario
-
-
-@settings(deadline=None)
-@given(SCENARIOS)
-def test_tables_read_back_as_an_equal_scenario(scenario: Scenario) -> None:
     assert scenario_from_dict(json.loads(json.dumps(scenario_to_dict(scenario)))) == scenario
 
 

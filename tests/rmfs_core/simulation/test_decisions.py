@@ -268,10 +268,9 @@ FINITE = "; expected seconds after now, below 1e12, or None"
     "wakes problem",
     ("return warehouse.now_s", f"wants to wake at 0.0{FINITE}"),
     ("return -5", f"wants to wake at -5{FINITE}"),
-    ("return float('inf')", f"wants to wake at inf{FINITE}"),
     ("return float('nan')", f"wants to wake at nan{FINITE}"),
     ("return 1e18", f"wants to wake at 1e+18{FINITE}"),
-    ("return 10 ** 400", "wants to wake at 1000"),
+    ("return 10 ** 400", "wants to wake at 1000"),  # too large for a float
     ("return True", f"wants to wake at True{FINITE}"),
     ("return 'soon'", f"wants to wake at 'soon'{FINITE}"),
     ("raise RuntimeError('no idea')", "raised RuntimeError: no idea ("),
@@ -284,13 +283,10 @@ def test_no_time_to_wake_up_at_ends_the_run(tiny_run: Prepare, tmp_path: Path, w
     )
 
 
-def assigned(
-    world: Warehouse, answer: object, *, joint: bool = False, period: int = 1, packing_capacity: int | None = None
-) -> list[Event]:
+def assigned(world: Warehouse, answer: object, **more: Any) -> list[Event]:
     events: list[Event] = []
-    apply_assignments(
-        world, answer, joint=joint, shown=None, period=period, packing_capacity=packing_capacity, keep=events.append
-    )
+    given = {"joint": False, "shown": None, "period": 1, "packing_capacity": None} | more
+    apply_assignments(world, answer, keep=events.append, **given)
     return events
 
 
@@ -317,10 +313,9 @@ def test_an_order_is_assigned_whole_or_line_by_line() -> None:
 
 def test_joint_decisions() -> None:
     world = small_world({"1": ["a"], "2": ["a"]}, {"p": ["a"]}, capacities=[5])
-    arguments = {"joint": False, "period": 1, "packing_capacity": None, "keep": [].append}
-    apply_assignments(world, [OrderAssignment(1, 0)], shown={1}, **arguments)  # type: ignore[arg-type]
+    assigned(world, [OrderAssignment(1, 0)], shown={1})
     with pytest.raises(ImpossibleError, match=r"order 1 \(id 0\) .* was not in the backlog it was shown"):
-        apply_assignments(world, [OrderAssignment(0, 0)], shown={1}, **arguments)  # type: ignore[arg-type]
+        assigned(world, [OrderAssignment(0, 0)], shown={1})
     world = small_world({"old": ["a"], "new": ["a"]}, {"p": {"a": 1}, "q": {"a": 1}}, capacities=[5])
     station = world.stations[0]
     world.assign(world.orders[0], station, [0])  # uncovered, as other rules may leave it
@@ -346,14 +341,16 @@ def test_a_pod_for_several_stations_visits_the_nearer_one_first() -> None:
     assert pod.bound_for == (near, far)
 
 
-@pytest.mark.parametrize("capacity", [None, 2])
-def test_split_orders_need_room_at_the_packing_stations(capacity: int | None) -> None:
-    world = small_world({"1": ["a", "b"], "2": ["a", "b"]}, {"p": ["a", "b"]}, capacities=[5])
+def test_split_orders_need_room_at_the_packing_stations() -> None:
     split = [OrderAssignment(order, 0, skus=(0,)) for order in range(2)]
-    assert len(assigned(world, split, packing_capacity=capacity)) == 2
-    again = small_world({"1": ["a", "b"], "2": ["a", "b"]}, {"p": ["a", "b"]}, capacities=[5])
+
+    def assign(capacity: int | None) -> list[Event]:
+        world = small_world({"1": ["a", "b"], "2": ["a", "b"]}, {"p": ["a", "b"]}, capacities=[5])
+        return assigned(world, split, packing_capacity=capacity)
+
+    assert len(assign(None)) == len(assign(2)) == 2
     with pytest.raises(ImpossibleError, match=r"^left 2 split orders open at once; the packing stations hold 1$"):
-        assigned(again, split, packing_capacity=1)
+        assign(1)
 
 
 def test_only_stored_pods_need_robots() -> None:

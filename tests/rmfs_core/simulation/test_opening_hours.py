@@ -18,20 +18,9 @@ from rmfs_commands.processes.events import OrderPacked
 from rmfs_commands.testing import small_instance, small_layout, small_world
 from rmfs_commands.testing.traces import Recorder
 from rmfs_commands.validation import validate_trace
-from rmfs_core import hookimpl
+from rmfs_core import events, hookimpl
 from rmfs_core.decisions import OrderAssignment
 from rmfs_core.errors import InputError, RuleError, StandstillError
-from rmfs_core.events import (
-    ItemPicked,
-    OrderAssigned,
-    OrderCompleted,
-    PodLifted,
-    PodStored,
-    RobotsOnDuty,
-    StationClosed,
-    StationOpened,
-    TaskAssigned,
-)
 from rmfs_core.randomness import keyed_stream
 from rmfs_core.scenario import Scenario, StationsSection, load_scenario, scenario_from_dict, scenario_to_dict
 from rmfs_core.scenario.model import RuleChoice, RunSection
@@ -39,7 +28,7 @@ from rmfs_core.scenario.service import ServiceTime, Spread, drawn
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.simulation.services import Services
-from rmfs_core.timetable import DAY, Span
+from rmfs_core.timetable import DAY
 from saying import said
 from told import Prepare
 
@@ -49,9 +38,7 @@ POA = ("pod-match", "first-come", "station-queue", "least-slack")
 MINUTE = 60_000
 
 
-def hours(
-    stations: Any = None, robots: tuple[Span, ...] | None = None, start: str | None = None
-) -> Callable[[Scenario], Scenario]:
+def hours(stations: Any = None, robots: Any = None, start: str | None = None) -> Callable[[Scenario], Scenario]:
     return lambda scenario: evolve(
         scenario,
         stations=evolve(scenario.stations, open=stations),
@@ -62,23 +49,23 @@ def hours(
 
 def test_nothing_is_assigned_before_a_station_opens(tiny_run: Prepare) -> None:
     run = tiny_run(ONE_ORDER, change=hours((("06:00", "22:00"),))).done()
-    assert [event.tick for event in run.of(StationClosed)] == [0]
-    assert [event.tick for event in run.of(StationOpened)] == [360 * MINUTE]
-    assert [event.tick for event in run.of(OrderAssigned)] == [360 * MINUTE]
+    assert [event.tick for event in run.of(events.StationClosed)] == [0]
+    assert [event.tick for event in run.of(events.StationOpened)] == [360 * MINUTE]
+    assert [event.tick for event in run.of(events.OrderAssigned)] == [360 * MINUTE]
     assert run.simulation.status == "complete"
     run = tiny_run(ONE_ORDER, change=hours((("06:00", "22:00"),), start="2024-03-01T05:30")).done()
-    assert [event.tick for event in run.of(OrderAssigned)] == [30 * MINUTE]
+    assert [event.tick for event in run.of(events.OrderAssigned)] == [30 * MINUTE]
     instance = small_instance({str(i): ["a"] for i in range(4)}, {"p": ["a"], "q": ["a"]})
     run = tiny_run(instance, capacity=(2, 2), robots=2, change=hours({"1": (("06:00", "22:00"),)})).done()
-    assert {event.station for event in run.of(OrderAssigned)} == {1}
+    assert {event.station for event in run.of(events.OrderAssigned)} == {1}
 
 
 def test_a_station_that_closes_finishes_what_it_has(tiny_run: Prepare) -> None:
     instance = small_instance({"1": {"a": 10}, "2": ["a"], "3": ["a"]}, {"p": ["a"]})
     run = tiny_run(instance, capacity=10, change=hours((("00:00", "00:01"),))).done()
-    assert [event.tick for event in run.of(StationClosed)] == [MINUTE]
-    assert [event.tick for event in run.of(OrderAssigned)] == [0, DAY, DAY]
-    first = [event.tick for event in run.of(ItemPicked) if event.order == 0]
+    assert [event.tick for event in run.of(events.StationClosed)] == [MINUTE]
+    assert [event.tick for event in run.of(events.OrderAssigned)] == [0, DAY, DAY]
+    first = [event.tick for event in run.of(events.ItemPicked) if event.order == 0]
     assert len(first) == 10
     assert first[-1] > MINUTE
     assert run.simulation.status == "complete"
@@ -96,13 +83,13 @@ def test_a_station_that_closes_finishes_what_it_has(tiny_run: Prepare) -> None:
 
 def test_robots_off_duty_finish_their_task_and_take_no_other(tiny_run: Prepare) -> None:
     instance = small_instance({str(i): {sku: 2} for i, sku in enumerate("abcdef")}, {sku: sku for sku in "abcdef"})
-    robots: tuple[Span, ...] = (("00:00", "00:01"), ("00:01", "24:00", 1))
+    robots = (("00:00", "00:01"), ("00:01", "24:00", 1))
     run = tiny_run(instance, robots=2, capacity=4, change=hours(robots=robots)).done()
-    assert [(event.tick, event.number) for event in run.of(RobotsOnDuty)] == [(MINUTE, 1)]
-    tasks = run.of(TaskAssigned)
+    assert [(event.tick, event.number) for event in run.of(events.RobotsOnDuty)] == [(MINUTE, 1)]
+    tasks = run.of(events.TaskAssigned)
     assert {event.robot for event in tasks if event.tick < MINUTE} == {0, 1}
     assert {event.robot for event in tasks if event.tick >= MINUTE} == {0}
-    assert any(event.robot == 1 and event.tick > MINUTE for event in run.of(PodStored))
+    assert any(event.robot == 1 and event.tick > MINUTE for event in run.of(events.PodStored))
     assert not run.warehouse.robots[1].idle
     assert run.simulation.status == "complete"
 
@@ -113,13 +100,12 @@ def test_when_a_run_stands_still(tiny_run: Prepare) -> None:
     with pytest.raises(StandstillError, match=r"stands still at .*: 1 order is not complete.*; \d+ robots? off duty"):
         run.simulation.run()
     assert run.simulation.now <= 4 * DAY
-    run = tiny_run(ONE_ORDER, change=hours({})).done()
-    assert run.simulation.status == "complete"
+    assert tiny_run(ONE_ORDER, change=hours({})).done().simulation.status == "complete"
     with pytest.raises(InputError, match="found no span for any station; expected one that opens"):
         tiny_run(ONE_ORDER, change=hours({"1": ()}))
     instance = small_instance({"1": ["a"], "2": ["a"]}, {"p": ["a"]}, arrivals_s={"2": 864_000})
     run = tiny_run(instance, change=hours((("06:00", "22:00"),))).done()
-    assert run.of(OrderCompleted)[-1].tick > 10 * DAY
+    assert run.of(events.OrderCompleted)[-1].tick > 10 * DAY
     run = tiny_run(ONE_ORDER, change=hours((("06:00", "22:00"),)), run=RunSection(until_s=60)).done()
     assert (run.simulation.status, run.simulation.now) == ("horizon", MINUTE)
 
@@ -136,7 +122,7 @@ def test_a_later_line_of_an_order_joins_its_place_at_a_closed_station() -> None:
 
 ACTIVATING = """
 from attrs import define, field
-from rmfs_core import hookimpl
+from rmfs_core import events, hookimpl
 @define
 class Mine:
     body: str = "return [0]"
@@ -153,15 +139,15 @@ def activated(tiny_run: Prepare, folder: Path, answer: str, **more: Any) -> Any:
 
 def test_a_rule_says_which_stations_are_active(tiny_run: Prepare, tmp_path: Path) -> None:
     run = activated(tiny_run, tmp_path, "[int(warehouse.now_s < 30)]").done()
-    changes = [event for event in run.events if isinstance(event, StationOpened | StationClosed)]
-    assert (changes[0].tick, changes[0].station, type(changes[0])) == (0, 0, StationClosed)
+    changes = [event for event in run.events if isinstance(event, events.StationOpened | events.StationClosed)]
+    assert (changes[0].tick, changes[0].station, type(changes[0])) == (0, 0, events.StationClosed)
     later = [(event.station, type(event)) for event in changes[1:]]
-    assert later == [(0, StationOpened), (1, StationClosed)]
-    assigned = [(event.station, event.tick < 30_000) for event in run.of(OrderAssigned)]
+    assert later == [(0, events.StationOpened), (1, events.StationClosed)]
+    assigned = [(event.station, event.tick < 30_000) for event in run.of(events.OrderAssigned)]
     assert all(station == early for station, early in assigned)
     run = activated(tiny_run, tmp_path, "[0, 1]", change=hours({"1": (("06:00", "22:00"),)})).done()
-    assert {event.station for event in run.of(OrderAssigned)} == {1}
-    assert not run.of(StationOpened)
+    assert {event.station for event in run.of(events.OrderAssigned)} == {1}
+    assert not run.of(events.StationOpened)
     with pytest.raises(StandstillError, match=r"4 in the backlog; 2 stations closed; .*asked last: rule .*Mine"):
         activated(tiny_run, tmp_path, "[]").simulation.run()
 
@@ -212,9 +198,9 @@ def stations(**keys: Any) -> Callable[[Scenario], Scenario]:
     return lambda scenario: evolve(scenario, stations=evolve(scenario.stations, **keys))
 
 
-def lasts(events: list[ItemPicked]) -> list[tuple[float, float]]:
+def lasts(picks: list[events.ItemPicked]) -> list[tuple[float, float]]:
     """Return seconds of picking and of handling, in the order of the picks."""
-    return [((e.tick - e.start_tick) / 1000, (e.picker_free_tick - e.start_tick) / 1000) for e in events]
+    return [((e.tick - e.start_tick) / 1000, (e.picker_free_tick - e.start_tick) / 1000) for e in picks]
 
 
 @cases(
@@ -244,26 +230,6 @@ def test_each_draw_is_of_its_own_whatever_was_drawn_before() -> None:
     assert all(pick <= handle for pick, handle in drawn_first.values())
 
 
-def test_compared_rules_meet_the_same_draws() -> None:
-    found = []
-    for poa in ("pod-match", "first-come"):
-        told: dict[tuple[int, int, int], tuple[float, float]] = {}
-
-        class Picks:
-            @hookimpl
-            def on_event(self, event: object, told: Any = told) -> None:
-                if isinstance(event, ItemPicked):
-                    key = event.order, event.sku, sum(known[:2] == (event.order, event.sku) for known in told)
-                    told[key] = lasts([event])[0]
-
-        scenario = load_scenario("examples/small", [*VARYING, f"rules.poa={poa}"])
-        rmfs_core.run(scenario, observers=[Picks()])
-        found.append(told)
-    assert list(found[0]) != list(found[1])
-    assert dict(sorted(found[0].items())) == dict(sorted(found[1].items()))
-    assert len(set(found[0].values())) > 20
-
-
 def test_no_spread_is_the_number(tmp_path: Path) -> None:
     for name, pick in (("number", "6.0"), ("table", "{mean=6.0, cv=0}")):
         rmfs_core.run("examples/small", overrides=[f"stations.pick_s={pick}"], out=tmp_path / name)
@@ -281,7 +247,7 @@ def test_no_spread_is_the_number(tmp_path: Path) -> None:
 )
 def test_times_by_line_order_and_station(keys, expected, tiny_run) -> None:
     run = tiny_run(LINES, layout=small_layout(1), poa="first-come", change=stations(**keys)).done()
-    assert lasts(run.of(ItemPicked)) == expected
+    assert lasts(run.of(events.ItemPicked)) == expected
 
 
 def test_a_shift_has_its_speed(tiny_run: Prepare) -> None:
@@ -289,49 +255,36 @@ def test_a_shift_has_its_speed(tiny_run: Prepare) -> None:
     shifts = (("00:00", "00:01", 0.5), ("00:01", "00:02", 2.0))
     orders = small_instance({str(i): ["a"] for i in range(12)}, {"p": ["a"]})
     run = tiny_run(orders, layout=small_layout(1), change=stations(speed={"1": shifts})).done()
-    picks = {(e.start_tick // 60_000, e.tick - e.start_tick) for e in run.of(ItemPicked)}
+    picks = {(e.start_tick // 60_000, e.tick - e.start_tick) for e in run.of(events.ItemPicked)}
     assert picks == {(0, 14_000), (1, 3_500), (2, 7_000)}
 
 
-def test_lifts_and_packing_are_drawn_by_what_they_are_for_and_expected_by_their_means(tmp_path: Path) -> None:
-    """Rules see mean times of tasks, and compared rules meet the same times."""
+def test_rules_see_mean_times_of_packing_tasks(tmp_path: Path) -> None:
     over = (
-        "robots.lift_s={mean=3.0, cv=1.0}",
-        "packing.pack_s={mean=30.0, cv=0.5}",
-        "packing.pack_item_s={times=[4.0, 6.0]}",
-        "packing.tote_s={mean=3.0, distribution='exponential'}",
-        "packing.put_s={mean=4.0, cv=0.5, distribution='gamma'}",
+        *("robots.lift_s={mean=3.0, cv=1.0}", "packing.pack_s={mean=30.0, cv=0.5}"),
+        *("packing.pack_item_s={times=[4.0, 6.0]}", "packing.tote_s={mean=3.0, distribution='exponential'}"),
+        *("packing.put_s={mean=4.0, cv=0.5, distribution='gamma'}", "rules.poa=pod-match", "rules.pps=demand"),
     )
-    found: list[dict[str, dict[Any, list[int]]]] = []
-    for number, pps in enumerate(("demand", "completes")):
-        lasts: dict[str, dict[Any, list[int]]] = {"lift": {}, "pack": {}}
+    packed = set()
 
-        class Watcher:
-            @hookimpl
-            def run_started(self, run: Any) -> None:
-                self.view = run.warehouse
+    class Watcher:
+        @hookimpl
+        def run_started(self, run: Any) -> None:
+            self.view = run.warehouse
 
-            @hookimpl
-            def on_event(self, event: Any, lasts: Any = lasts) -> None:
-                for station in self.view.packing_stations:
-                    for task in (*station.tasks, *(task for task, _ in station.working)):
-                        base, each = (3, 4) if task.kind == "put" else (30, 5)
-                        assert task.duration_s == base + each * task.items
-                if isinstance(event, PodLifted | PodStored):
-                    lasts["lift"].setdefault(event.pod, []).append(event.tick - event.start_tick)
-                if isinstance(event, OrderPacked):
-                    lasts["pack"][event.order] = [event.tick - event.start_tick]
+        @hookimpl
+        def on_event(self, event: Any) -> None:
+            for station in self.view.packing_stations:
+                for task in (*station.tasks, *(task for task, _ in station.working)):
+                    base, each = (3, 4) if task.kind == "put" else (30, 5)
+                    assert task.duration_s == base + each * task.items
+            if isinstance(event, OrderPacked):
+                packed.add(event.tick - event.start_tick)
 
-        out = tmp_path / str(number)
-        rules = [f"rules.pps={pps}", "rules.poa=pod-match", "rules.poa_pps="]
-        rmfs_core.run("examples/packing", overrides=[*over, *rules], observers=[Watcher()], out=out, record=["trace"])
-        assert validate_trace(out) == []
-        found.append(lasts)
-    one, other = found
-    assert one["pack"] == other["pack"]
-    assert len({ticks for times in one["pack"].values() for ticks in times}) > 10
-    for pod in one["lift"].keys() & other["lift"].keys():
-        assert all(a == b for a, b in zip(one["lift"][pod], other["lift"][pod], strict=False))
+    observers = [Watcher()]
+    rmfs_core.run("examples/packing", overrides=over, observers=observers, out=tmp_path, record=["trace"])
+    assert validate_trace(tmp_path) == []  # which draws times by what they are for, whatever rules decide
+    assert len(packed) > 10
 
 
 def test_rules_see_what_is_expected_and_no_draw(tiny_run: Prepare) -> None:
@@ -341,13 +294,13 @@ def test_rules_see_what_is_expected_and_no_draw(tiny_run: Prepare) -> None:
     class Watcher:
         @hookimpl
         def on_event(self, event: object) -> None:
-            if isinstance(event, ItemPicked):
+            if isinstance(event, events.ItemPicked):
                 seen.append(run.warehouse.stations[0].picker_free_s - event.start_tick / 1000)
 
     run.simulation.rules.register_observer(Watcher())
     run.done()
     assert seen == pytest.approx([25.0] * 4)
-    assert {handling for _, handling in lasts(run.of(ItemPicked))} == {20.0, 30.0}
+    assert {handling for _, handling in lasts(run.of(events.ItemPicked))} == {20.0, 30.0}
 
 
 @pytest.mark.parametrize("name", ["examples/small", "examples/replenished"])

@@ -85,16 +85,15 @@ def test_notebooks_show_layouts_to_scale() -> None:
     assert Layout(side, side, none, none, ())._repr_html_() is None
 
 
+CUT_OFF = "map: found cells that cannot be reached over the floor from row 1, column 2:"
+
+
 @cases(
     "text message",
-    (
-        "..#\n.qO\n..@\n@@.",
-        "map: found cells that cannot be reached over the floor from row 1, column 2: row 4, column 3",
-    ),
-    (
-        "..#@\n.qO.\n@@@@\n....",  # four of a kind: three are named
-        "map: found cells that cannot be reached over the floor from row 1, column 2: row 4, column 1; "
-        "row 4, column 2; row 4, column 3 and 1 more",
+    ("..#\n.qO\n..@\n@@.", f"{CUT_OFF} row 4, column 3"),
+    (  # four of a kind: three are named
+        "..#@\n.qO.\n@@@@\n....",
+        f"{CUT_OFF} row 4, column 1; row 4, column 2; row 4, column 3 and 1 more",
     ),
     (
         "#...>.\n.qO..@\n......",  # a pocket that is entered by a one-way cell and never left
