@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from rmfs_core.decisions import OrderAssignment
 from rmfs_core.warehouse import CAPACITY, UNLIMITED, Order, columns_of, shown, stock_of
 from rmfs_core.world import OrderData
+from rmfs_rules.helpers import pairs_search as search
 from rmfs_rules.helpers.late import OVERSIZE_WAIT_S, assign_late
 from rmfs_rules.helpers.parameters import NOT_NEGATIVE, parameter
 
@@ -47,9 +48,6 @@ class Pairs:
     table
         Largest worth of a SKU at a station: an order scores the sum over its open lines of min(items, table[station,
         SKU]) there. Shape (stations, n_skus). Left out: all orders score the same. `change` changes it.
-    shares
-        Of orders with the same score the one goes first with the largest share of its open lines whose SKU has a 1 here
-        at the station, not a 0; before ``rank``. Shape (stations, n_skus). Left out: none has any.
     scores
         Instead of ``table``: scores of all orders at each station, below 0: never there; shape (stations, orders), by
         row. Whoever changes it says so (`forget`).
@@ -62,8 +60,7 @@ class Pairs:
     fast_lane
         Slots that a station with something to do keeps for orders which the pod that is there can complete.
     queues
-        Instead of stations, their queues: free slots and length of each, by station. An order takes one slot, and
-        joins where it fits the empty station.
+        Instead of stations, their queues: free slots and length of each, by station. An order takes one slot.
 
     Attributes
     ----------
@@ -78,7 +75,6 @@ class Pairs:
         warehouse: WarehouseView,
         table: Ints | None = None,
         *,
-        shares: Ints | None = None,
         scores: Floats | None = None,
         rank: Floats | None = None,
         first: Flags | None = None,
@@ -86,16 +82,14 @@ class Pairs:
         fast_lane: int = 0,
         queues: tuple[list[int], list[int]] | None = None,
     ) -> None:
-        self._search = search = _compiled()
         self.warehouse, self.lines, self.stations = warehouse, warehouse.lines, warehouse.stations
         orders, number, self._queued = len(self.lines.items), len(self.stations), queues is not None
         nothing, no_scores, nowhere, no_extra = _nothing_at(number)
         self.taken = np.zeros(orders, np.bool_)
         self._scores = search.Scores(
             nothing if table is None else np.array(table, np.int64, order="C"),
-            nothing if shares is None else np.array(shares, np.int64, order="C"),
             no_scores if scores is None else _own(scores),
-            _scratch(orders),
+            np.zeros(orders),
         )
         self._order = search.Precedence(
             self.taken,
@@ -105,6 +99,7 @@ class Pairs:
         capacities, heads = warehouse.capacities.copy(), np.zeros(number, search.HEAD)
         if queues is not None:
             capacities["free"], capacities["load"] = queues
+            capacities["counts_orders"] = 1
         self._free = capacities["free"]
         stock, coming = _no_stock(), _NOTHING
         if fast_lane:
@@ -114,8 +109,7 @@ class Pairs:
         self._at = search.Stations(
             capacities,
             heads,
-            UNLIMITED if self._queued else warehouse.largest_capacity,
-            self._queued,
+            warehouse.largest_capacity,
             no_extra if extra is None else _own(extra),
             nowhere if self._queued else places_taken(warehouse),
             fast_lane,
@@ -162,7 +156,7 @@ class Pairs:
         def assign(row: int) -> bool:
             at = self._preferred(row, prefer)
             if at >= 0:
-                self._search.assign(self.lines, self._order, self._at, row, at)
+                search.assign(self.lines, self._order, self._at, row, at)
                 self._tell(row, at, take)
             return at >= 0
 
@@ -171,10 +165,10 @@ class Pairs:
         most, found = 1 if take is not None else AT_ONCE, True
         while found and self._may_fit():
             if prefer is not None:
-                row, _ = self._search.best_pair(*told)
+                row, _ = search.best_pair(*told)
                 found = row >= 0 and assign(row)
                 continue
-            pairs = self._search.assign_best(plain, most).tolist()
+            pairs = search.assign_best(plain, most).tolist()
             for row, at in pairs:
                 self._tell(row, at, take)
             found = len(pairs) == most
@@ -186,7 +180,7 @@ class Pairs:
 
     def _preferred(self, row: int, prefer: Prefer | None) -> int:
         """Return the station that takes an order, of those where it fits; -1: it fits nowhere."""
-        values = self._search.values_of(self.lines, self._scores, row, self._at).tolist()
+        values = search.values_of(self.lines, self._scores, row, self._at).tolist()
         best = [at for at, value in enumerate(values) if value == max(values) > -math.inf]
 
         def key(at: int) -> tuple[int, int, int]:
@@ -344,12 +338,12 @@ def assign_best_pairs(
 
 def load() -> None:
     """Load what is compiled, or compile it, by a decision on one order without items at one station."""
-    search, none, stock = _compiled(), np.zeros((1, 0), np.int64), _no_stock()
+    none, stock = np.zeros((1, 0), np.int64), _no_stock()
     lines = columns_of([Order(0, OrderData("", arrival_tick=0, lines=()), int)], 1)
-    scores = search.Scores(none, none, none.astype(np.float64), np.zeros(1))
+    scores = search.Scores(none, none.astype(np.float64), np.zeros(1))
     order = search.Precedence(np.zeros(1, np.bool_), np.zeros(0, np.bool_), _NO_RANK)
     rows, entries = (np.zeros(1, CAPACITY), np.zeros(1, search.HEAD)), (stock.of_pod, stock.sku, stock.items.copy())
-    at = search.Stations(*rows, UNLIMITED, False, np.zeros(1), none.view(np.bool_), 0, _NOTHING, *entries)
+    at = search.Stations(*rows, UNLIMITED, np.zeros(1), none.view(np.bool_), 0, _NOTHING, *entries)
     search.assign_best((tuple(lines), tuple(scores), tuple(order), tuple(at)), 1)
     search.best_pair(lines, scores, order, at)
     search.values_of(lines, scores, 0, at)
@@ -385,13 +379,6 @@ def places_taken(warehouse: WarehouseView) -> Flags:
 
 
 @cache
-def _compiled() -> Any:
-    from rmfs_rules.helpers import pairs_search  # imported when needed, for it takes its time
-
-    return pairs_search
-
-
-@cache
 def _no_stock() -> Stock:
     """Return the stock of no pods: what pods hold matters to those alone who keep slots for it."""
     return stock_of((), 1)
@@ -406,11 +393,3 @@ def _nothing_at(stations: int) -> tuple[Ints, Floats, Flags, Floats]:
 
 _NOTHING, _NONE_FIRST, _NO_ITEMS = np.zeros((0, 0), np.bool_), np.zeros(0, np.bool_), np.zeros(0, np.int64)
 _NO_RANK = shown(np.zeros(0))  # compiled functions take one kind of array, and due times are for looking only
-_zeros = [np.zeros(1024)]
-
-
-def _scratch(length: int) -> Floats:
-    """Return an array of zeros that all decisions share: compiled code fills it with zeros again when it is done."""
-    if length > len(_zeros[0]):
-        _zeros[0] = np.zeros(2 * length)
-    return _zeros[0]

@@ -10,15 +10,7 @@ import numpy as np
 from attrs import define, field
 
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_rules.helpers.pairs import (
-    Flags,
-    Floats,
-    Ints,
-    Pairs,
-    load,
-    places_kept,
-    pod_at,
-)
+from rmfs_rules.helpers.pairs import Flags, Floats, Ints, Pairs, load, places_kept, pod_at
 from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, parameter
 
 if TYPE_CHECKING:
@@ -26,6 +18,8 @@ if TYPE_CHECKING:
     from rmfs_core.world.travel import Travel
 
 NOWHERE = -1
+SHARE = 0.5
+"""What a share of lines counts in a score, less than an item."""
 
 
 @define
@@ -92,13 +86,20 @@ class StationQueue:
 
     def _fill(self, warehouse: WarehouseView, available: Ints, large: Ints) -> None:
         """Let orders join queues, the best pair of order and station first."""
-        wanted = np.zeros_like(available)
-        for station in warehouse.stations:
-            wanted[station.id, [request.sku for request in station.open_requests]] = 1
+        lines, number = warehouse.lines, len(warehouse.lines.items)
         length = Counter(self.queue_of.values())
         told = [length[station.id] for station in warehouse.stations]
         free = [self.queue_length - length[station.id] if station.open else 0 for station in warehouse.stations]
-        queues = Pairs(warehouse, available, shares=wanted, rank=warehouse.lines.due_s, queues=(free, told))
+        scores = np.full((len(free), number), -1.0)
+        for station in (station for station in warehouse.stations if free[station.id] > 0):
+            wanted = np.zeros(warehouse.n_skus, np.bool_)
+            wanted[[request.sku for request in station.open_requests]] = True
+            shared = np.bincount(lines.order, wanted[lines.sku] & (lines.quantity > 0), number)
+            items = np.minimum(lines.quantity, available[station.id][lines.sku])
+            here = np.bincount(lines.order, items, number) + SHARE * (shared / np.maximum(lines.open_lines, 1))
+            fits = station.counts_orders | (lines.items <= station.capacity)
+            scores[station.id] = np.where(fits, here, -1.0)
+        queues = Pairs(warehouse, scores=scores, rank=lines.due_s, queues=(free, told))
         queues.taken[self._queueing(warehouse)] = queues.taken[large] = True
         self.queue_of |= {joined.order: joined.station for joined in queues.assign()}
 
