@@ -39,8 +39,7 @@ def short_of(period: Period, visits: Visits, parts: tuple[Part, ...]) -> int | N
     parts
         Assigned lines.
     """
-    items = period.stock.items
-    if items is None:
+    if period.stock.number is None:
         return None
     wanted: dict[int, Counter[int]] = {}
     for part in parts:
@@ -49,7 +48,7 @@ def short_of(period: Period, visits: Visits, parts: tuple[Part, ...]) -> int | N
             wanted.setdefault(sku, Counter())[part.station] += quantity.get(sku, 0)
     having: dict[int, list[tuple[int, list[int]]]] = {sku: [] for sku in wanted}
     for pod, stations in sorted(stations_of(period, visits).items()):
-        for sku, number in items.on(pod).items():
+        for sku, number in period.stock.items_on(pod).items():
             if sku in having:
                 having[sku].append((number, stations))
     return next((sku for sku in sorted(wanted) if not _enough(wanted[sku], having[sku])), None)
@@ -95,12 +94,11 @@ class SlotsFromStock:
     """
 
     def __init__(self, period: Period, visits: Visits) -> None:
-        assert period.stock.items is not None
         self.free = list(period.capacities)
         self._at = stations_of(period, visits)
         self._left: dict[int, dict[int, int]] = {}  # SKU -> pod -> free items
         for pod in sorted(self._at):
-            for sku, number in period.stock.items.on(pod).items():
+            for sku, number in period.stock.items_on(pod).items():
                 self._left.setdefault(sku, {})[pod] = number
         self._taken: list[dict[tuple[int, int], int]] = [{} for _ in self.free]  # station: (SKU, pod) -> items
 

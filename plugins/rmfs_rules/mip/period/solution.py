@@ -103,7 +103,7 @@ def items_of(period: Period, parts: tuple[Part, ...]) -> int:
 
 def is_useful(period: Period, pod: int, station: int, parts: tuple[Part, ...]) -> bool:
     """Whether a pod has a SKU that parts at a station need. What a limit cut short may send others, too."""
-    skus = period.stock.contents[pod]
+    skus = {*period.stock.skus_of(pod).tolist()}
     return any(part.station == station and sku in skus for part in parts for sku in part.skus)
 
 

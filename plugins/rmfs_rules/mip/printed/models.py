@@ -105,9 +105,8 @@ def _add_common(p: _Printed) -> None:
             taken = mip.xsum(q * p.y_ios[i, o, s] for o, lines in enumerate(period.lines) for i, q in lines)
         m += taken + p.u[s] == period.capacities[s]  # (4)
     pods_with: dict[int, list[int]] = {}
-    for pod, skus in enumerate(period.stock.contents):
-        for i in skus:
-            pods_with.setdefault(i, []).append(pod)
+    for pod, i in zip(period.stock.pod.tolist(), period.stock.sku.tolist(), strict=True):
+        pods_with.setdefault(i, []).append(pod)
     for (i, _, s), y in p.y_ios.items():
         m += mip.xsum(p.x[pod, s] for pod in pods_with.get(i, ())) - y >= 0  # (5)
     for s in stations:
@@ -117,8 +116,8 @@ def _add_common(p: _Printed) -> None:
 
 def _add_stock(p: _Printed) -> None:
     """The rows of finite stock. No pod gives more than the stations take: f_ip is cut off there."""
-    period, m, items = p.period, p.model, p.period.stock.items
-    if items is None:
+    period, m, stock = p.period, p.model, p.period.stock
+    if stock.number is None:
         return
     stations, room = range(len(period.stations)), sum(period.rooms)
     wanted: dict[int, list[tuple[int, int]]] = {}
@@ -126,7 +125,7 @@ def _add_stock(p: _Printed) -> None:
         for i, d in lines:
             wanted.setdefault(i, []).append((o, d))
     taken: dict[tuple[int, int], list[mip.Var]] = {(i, s): [] for i in wanted for s in stations}
-    for pod, i, free in zip(items.pod.tolist(), items.sku.tolist(), items.number.tolist(), strict=True):
+    for pod, i, free in zip(stock.pod.tolist(), stock.sku.tolist(), stock.number.tolist(), strict=True):
         if i in wanted:
             q = [m.add_var(var_type=mip.INTEGER) for _ in stations]
             for s in stations:

@@ -333,10 +333,8 @@ def _add_prices(generation: ColumnGeneration, program: Program, choices: list[_S
 
 def _add_stock(reduced: Reduced, program: Program, choices: list[_SetChoice]) -> None:
     """Let the stations of a choice take scarce SKUs from its pods, and all stations no more than a pod has."""
-    items = reduced.period.stock.items
-    assert items is not None
     shared: dict[tuple[int, int], list[int]] = {}
-    held = {pod: items.on(pod) for pod in {pod for choice in choices for pod in choice.pods}}
+    held = {pod: reduced.period.stock.items_on(pod) for pod in {pod for choice in choices for pod in choice.pods}}
     for choice in choices:
         taking: dict[int, dict[int, float]] = {}
         for t, column in choice.orders.items():

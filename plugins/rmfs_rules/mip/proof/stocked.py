@@ -69,11 +69,10 @@ class Shelf:
 
     def __attrs_post_init__(self) -> None:
         period = self.reduced.period
-        items = period.stock.items
-        assert items is not None
-        most = sum(period.rooms)
-        self.left = np.zeros((len(period.stock.pods), period.stock.n_skus), dtype=np.int64)
-        self.left[items.pod, items.sku] = np.minimum(items.number, most)
+        stock = period.stock
+        assert stock.number is not None
+        self.left = np.zeros((len(stock.pods), stock.n_skus), dtype=np.int64)
+        self.left[stock.pod, stock.sku] = np.minimum(stock.number, sum(period.rooms))
         self.supply = np.zeros((len(period.capacities), period.stock.n_skus), dtype=np.int64)
         self._at = {}
         for pod, stations in stations_of(period, self.visits).items():
