@@ -12,6 +12,7 @@ from rmfs_rules.helpers import OVERSIZE_WAIT_S
 from rmfs_rules.helpers.oversize import Oversize, with_oversize
 from rmfs_rules.helpers.packing import MOST_WORK, room_to_split
 from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, POSITIVE, parameter
+from rmfs_rules.mip.compiled import warm_up
 from rmfs_rules.mip.period.effort import Effort
 from rmfs_rules.mip.period.period import Period, Preference, Stock
 from rmfs_rules.mip.period.solution import Model, Solution
@@ -142,8 +143,6 @@ class _Joint:
 
     def prepare(self, travel: Travel) -> None:  # noqa: ARG002
         """Load the compiled searches, or compile them."""
-        from rmfs_rules.mip.compiled import warm_up
-
         if self.formulation == "aggregated":
             warm_up.load()
 

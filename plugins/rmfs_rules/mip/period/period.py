@@ -257,14 +257,9 @@ class Period:
     def supply(self) -> NDArray[np.float64]:
         """Free items of each SKU on all pods together, infinite where stock is unlimited. Shape (n_skus,)."""
         if self.stock.number is None:
-            return np.where(self.stocked, np.inf, 0.0)
+            return np.where(self.stock.stocked, np.inf, 0.0)
         supply = np.bincount(self.stock.sku, weights=self.stock.number, minlength=self.stock.n_skus)
         return supply.astype(np.float64, copy=False)
-
-    @property
-    def stocked(self) -> NDArray[np.bool_]:
-        """SKUs that are on some pod. Shape (n_skus,)."""
-        return self.stock.stocked
 
     @cached_property
     def single_items(self) -> bool:

@@ -90,7 +90,7 @@ class Reduced:
         """Lines of which all pods together have enough. Shape (lines,)."""
         period = self.period
         if period.stock.number is None:
-            return period.stocked[period.line_sku]
+            return period.stock.stocked[period.line_sku]
         return period.supply[period.line_sku] >= period.line_quantity
 
     @cached_property

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 from enum import StrEnum
 
 from attrs import frozen
@@ -37,6 +38,14 @@ class Part:
     order: int
     station: int
     skus: tuple[int, ...]
+
+
+def parts_from(lines: Iterable[tuple[int, int, int]]) -> tuple[Part, ...]:
+    """Return the parts of lines (order, station, SKU), in the order of the first line of each."""
+    skus: dict[tuple[int, int], list[int]] = {}
+    for order, station, sku in lines:
+        skus.setdefault((order, station), []).append(sku)
+    return tuple(Part(order, station, tuple(held)) for (order, station), held in skus.items())
 
 
 Assigned = tuple[Visits, tuple[Part, ...]]

@@ -13,7 +13,7 @@ import mip
 from attrs import define
 
 from rmfs_rules.mip.period.period import Period
-from rmfs_rules.mip.period.solution import Model, Part, Solution, is_useful, is_whole, objective_of, unused
+from rmfs_rules.mip.period.solution import Model, Solution, is_useful, is_whole, objective_of, parts_from, unused
 from rmfs_rules.mip.printed.solver import Limits, new_model, optimise
 
 
@@ -56,11 +56,8 @@ def solve_printed(
         there = tuple((pod, station) for station, pods in enumerate(period.inbound) for pod in pods)
         value = len(there) + weight * unused(period, ())
         return Solution((), there, value, min(outcome.bound, value), "stopped")
-    assigned: dict[tuple[int, int], list[int]] = {}
-    for (sku, order, station), variable in printed.y_ios.items():
-        if variable.x > 0.5:
-            assigned.setdefault((order, station), []).append(sku)
-    parts = tuple(Part(order, station, tuple(skus)) for (order, station), skus in sorted(assigned.items()))
+    y_ios = sorted(printed.y_ios.items(), key=lambda one: one[0][1:])
+    parts = parts_from((order, station, sku) for (sku, order, station), y in y_ios if y.x > 0.5)
     visits = tuple(key for key, variable in printed.x.items() if variable.x > 0.5)
     if outcome.optimal and limits.gap == 0:
         value = round(outcome.objective) if whole else outcome.objective

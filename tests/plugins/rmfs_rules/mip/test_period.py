@@ -17,7 +17,7 @@ from rmfs_rules.mip.period.decoding import Counts, parts_of
 from rmfs_rules.mip.period.period import Period, Stock
 from rmfs_rules.mip.period.placing import Slots
 from rmfs_rules.mip.period.reduction import Reduced, highest, masks_of, sums_of
-from rmfs_rules.mip.period.serving import SlotsFromStock, short_of, stations_of
+from rmfs_rules.mip.period.serving import short_of, stations_of
 from rmfs_rules.mip.period.solution import (
     Model,
     Part,
@@ -187,7 +187,7 @@ def test_one_by_one_is_the_most(capacities, masks):
         allowed = all(at < 0 or mask >> at & 1 for at, mask in zip(choice, masks, strict=True))
         if allowed and all(choice.count(station) <= room for station, room in enumerate(capacities)):
             most = max(most, sum(at >= 0 for at in choice))
-    slots = Slots(capacities)
+    slots = Slots.covered(capacities, masks)
     placed = [mask for mask in masks if slots.add(mask)]
     assert len(placed) == most
     stations = [slots.take(mask, ()) for mask in placed]
@@ -200,12 +200,12 @@ def test_lines_of_an_order_and_preferred_stations():
 
     Lines of a kind are interchangeable, so any station where some stand may be named; then they are used up.
     """
-    slots = Slots([1, 1])
+    slots = Slots.covered([1, 1], [1, 3])
     assert not slots.add_all([1, 1])
-    assert (slots.free, slots.at) == ([1, 1], [{}, {}])
+    assert slots.free == [1, 1]
     assert slots.add_all([3, 1])
     assert slots.free == [0, 0]
-    slots = Slots([1, 1])
+    slots = Slots.covered([1, 1], [3])
     assert slots.add(3)
     assert slots.add(3)
     assert [slots.take(3, [1]), slots.take(3, [1])] == [1, 0]
@@ -245,7 +245,7 @@ def test_items_move_between_pods():
     """
     lines = np.array([[0, 0, 1], [1, 0, 1], [2, 0, 1]]).T
     shared = Period(Stock.holding([{0: 1}, {0: 1}], 1), (0, 1), (1, 1), ((0, 1), (0,)), (0, 1, 2), *lines)
-    slots = SlotsFromStock(shared, ())
+    slots = Slots.from_stock(shared, ())
     assert not slots.add_all([0, 0, 0])
     assert slots.free == [1, 1]
     assert slots.add(0)
@@ -254,7 +254,7 @@ def test_items_move_between_pods():
     assert not slots.add(0)
     assert not slots.add_all([0])
     assert {slots.take(0, ()), slots.take(0, ())} == {0, 1}
-    with pytest.raises(ValueError, match="no item"):
+    with pytest.raises(ValueError, match="no line of this kind"):
         slots.take(0, ())
 
 

@@ -25,7 +25,6 @@ from rmfs_rules.mip.period.effort import Effort
 from rmfs_rules.mip.period.period import Period, Stock
 from rmfs_rules.mip.period.placing import Slots
 from rmfs_rules.mip.period.reduction import Reduced, masks_of
-from rmfs_rules.mip.period.serving import SlotsFromStock
 from rmfs_rules.mip.period.solution import Model, Part, Solution, Visits, items_of, objective_of
 from rmfs_rules.mip.printed.constraints import violation
 from rmfs_rules.mip.printed.models import solve_printed
@@ -126,8 +125,8 @@ def test_flow_and_its_bound(periods):
         reduced = Reduced(period, OVER_TIME)
         if period.single_items and reduced.candidates.any():
             network = Network.of(reduced)
-            slots = Slots(network.capacities)
             units = np.repeat(network.mask, network.demand.astype(int)).tolist()
+            slots = Slots.covered(network.capacities, units)
             assert network.flow() == sum(slots.add(mask) for mask in units)
             check_bound(period, network, 2)
 
@@ -139,7 +138,7 @@ def test_flow_from_stock_and_its_bound(scarce_periods):
         reduced = Reduced(period, OVER_TIME)
         if period.single_items and len(reduced.scarce):
             scarce += 1
-            network, slots = Network.of(reduced), SlotsFromStock(period, ())
+            network, slots = Network.of(reduced), Slots.from_stock(period, ())
             assert network.flow() == sum(map(slots.add, period.line_sku[reduced.candidates].tolist()))
             flows, _ = network.flows_with_one_more()
             for pod, station in pairs_of(period):
@@ -614,7 +613,7 @@ def test_fill_finds_the_most_with_few_splits(small_periods):
     mattered = cut = 0
     rng = np.random.default_rng(1)
     for period in small_periods:
-        there = (rng.random(period.covered.shape) < 0.6) & period.stocked
+        there = (rng.random(period.covered.shape) < 0.6) & period.stock.stocked
         reduced, masks = Reduced(period, AMONG), masks_of(there)
         most = [0, 0, 0]
         for choice, items in assignments(period, there, AMONG, choices):
