@@ -54,10 +54,6 @@ class Locations:
         nearest: NDArray[np.int64] = self.ticks.min(axis=0)
         return nearest
 
-    def ranks(self) -> Ids:
-        """Return the rank of each, 0 for the best; locations with the same driving time have the same rank."""
-        return np.unique(self.nearest_ticks, return_inverse=True)[1].astype(np.int64)
-
     def by_cell(self, values: Ids, other: int) -> Ids:
         """Return values of the locations by cell, and another one for cells between them and for cell -1."""
         found = np.full(int(self.cells.max(initial=0)) + 2, other)

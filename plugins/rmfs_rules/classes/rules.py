@@ -325,6 +325,6 @@ class Utility(_Moving):
 
 
 def _ranked(locations: Locations) -> tuple[Ids, Ids, Ids]:
-    """Return the ranks of locations, the same in ascending order, and by cell."""
-    ranks = locations.ranks()
+    """Return the ranks of locations, 0 for those with the shortest drive, the same in ascending order, and by cell."""
+    ranks = np.unique(locations.nearest_ticks, return_inverse=True)[1].astype(np.int64)
     return ranks, np.sort(ranks), locations.by_cell(ranks, 0)

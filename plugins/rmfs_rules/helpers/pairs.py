@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,7 +18,7 @@ from rmfs_rules.helpers.late import OVERSIZE_WAIT_S, assign_late
 from rmfs_rules.helpers.parameters import NOT_NEGATIVE, parameter
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Pod, Station, Stock, WarehouseView
+    from rmfs_core.warehouse import Pod, Station, WarehouseView
     from rmfs_core.world.travel import Travel
 
 Ints = NDArray[np.int64]
@@ -84,11 +83,11 @@ class Pairs:
     ) -> None:
         self.warehouse, self.lines, self.stations = warehouse, warehouse.lines, warehouse.stations
         orders, number, self._queued = len(self.lines.items), len(self.stations), queues is not None
-        nothing, no_scores, nowhere, no_extra = _nothing_at(number)
+        nothing = np.zeros((number, 0), np.int64)
         self.taken = np.zeros(orders, np.bool_)
         self._scores = search.Scores(
             nothing if table is None else np.array(table, np.int64, order="C"),
-            no_scores if scores is None else _own(scores),
+            nothing.astype(np.float64) if scores is None else _own(scores),
             np.zeros(orders),
         )
         self._order = search.Precedence(
@@ -101,17 +100,17 @@ class Pairs:
             capacities["free"], capacities["load"] = queues
             capacities["counts_orders"] = 1
         self._free = capacities["free"]
-        stock, coming = _no_stock(), _NOTHING
+        stock, coming = warehouse.stock, _NOTHING
         if fast_lane:
-            stock, pods = warehouse.stock, [pod_at(warehouse, station) for station in self.stations]
+            pods = [pod_at(warehouse, station) for station in self.stations]
             heads["pod"] = [-1 if pod is None else pod.id for pod in pods]
             coming = np.array([[pod is not None and s.id in pod.bound_for for s in self.stations] for pod in pods])
         self._at = search.Stations(
             capacities,
             heads,
             warehouse.largest_capacity,
-            no_extra if extra is None else _own(extra),
-            nowhere if self._queued else places_taken(warehouse),
+            np.zeros(number) if extra is None else _own(extra),
+            nothing.astype(np.bool_) if self._queued else places_taken(warehouse),
             fast_lane,
             coming,
             stock.of_pod,
@@ -338,7 +337,7 @@ def assign_best_pairs(
 
 def load() -> None:
     """Load what is compiled, or compile it, by a decision on one order without items at one station."""
-    none, stock = np.zeros((1, 0), np.int64), _no_stock()
+    none, stock = np.zeros((1, 0), np.int64), stock_of((), 1)
     lines = columns_of([Order(0, OrderData("", arrival_tick=0, lines=()), int)], 1)
     scores = search.Scores(none, none.astype(np.float64), np.zeros(1))
     order = search.Precedence(np.zeros(1, np.bool_), np.zeros(0, np.bool_), _NO_RANK)
@@ -370,25 +369,12 @@ def places_taken(warehouse: WarehouseView) -> Flags:
     lines, stations = warehouse.lines, warehouse.stations
     begun = lines.begun.tolist() if warehouse.split_orders_open else []
     if not begun:
-        return _nothing_at(len(stations))[2]
+        return np.zeros((len(stations), 0), np.bool_)
     placed = np.zeros((len(stations), len(lines.items)), np.bool_)
     for row in begun:
         order = warehouse.order(int(lines.order_id[row]))
         placed[:, row] = [station.counts_orders and order.has_place_at(station.id) for station in stations]
     return placed
-
-
-@cache
-def _no_stock() -> Stock:
-    """Return the stock of no pods: what pods hold matters to those alone who keep slots for it."""
-    return stock_of((), 1)
-
-
-@cache
-def _nothing_at(stations: int) -> tuple[Ints, Floats, Flags, Floats]:
-    """Return what is known of no orders at stations: table, scores, slots, and no addition; nobody changes them."""
-    nothing = np.empty((stations, 0), np.int64)
-    return nothing, nothing.astype(np.float64), nothing.astype(np.bool_), np.zeros(stations)
 
 
 _NOTHING, _NONE_FIRST, _NO_ITEMS = np.zeros((0, 0), np.bool_), np.zeros(0, np.bool_), np.zeros(0, np.int64)

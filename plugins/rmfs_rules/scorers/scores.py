@@ -80,7 +80,7 @@ class PodScores:
         """Worth of the items that the pod serves, less the time that it drives."""
         rule, stock, lines = self._rule, self._stock, self._here(station)
         each = self._each(lines, range(len(lines.items)))
-        total = rule.time_cost_per_s * self.nearest(station, pods)
+        total: Values = rule.time_cost_per_s * self.nearest(station, pods)
         total += served(lines, stock, pods, self._nothing, each)
         if rule.completion_boost:
             total += rule.completion_boost * completed(lines, stock, pods, self._nothing, each * lines.items)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from attrs import define, validators
@@ -12,17 +11,11 @@ from rmfs_core import Path, hookimpl
 from rmfs_core.clock import to_ticks
 from rmfs_rules.helpers.parameters import AT_LEAST_1, FINITE, POSITIVE, parameter
 from rmfs_rules.helpers.searching import Asked, search_once
+from rmfs_rules.whca import compiled
 from rmfs_traffic import FOREVER, timed_path
 
 if TYPE_CHECKING:
     from rmfs_traffic import Query, Reservations, Roads, TimedPath, Traffic
-
-
-@cache
-def _compiled() -> Any:
-    from rmfs_rules.whca import compiled  # imported when needed, for it takes its time
-
-    return compiled
 
 
 @define
@@ -68,4 +61,4 @@ class WhcaN:
         """End and wait of each leg, as an array; None when there is no path."""
         end = FOREVER if self.window_s == math.inf else query.start_tick + to_ticks(self.window_s)
         tracks, intervals = tuple(roads.tracks(query.goal, query.loaded)), tuple(table.arrays)
-        return _compiled().search(Asked.by(query), end, to_ticks(self.wait_s), self.max_nodes, tracks, intervals)
+        return compiled.search(Asked.by(query), end, to_ticks(self.wait_s), self.max_nodes, tracks, intervals)
