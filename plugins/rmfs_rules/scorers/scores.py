@@ -106,7 +106,7 @@ class PodScores:
 
     @cached_property
     def _each_waiting(self) -> Values:
-        """What an item of each order of the backlog is worth, by row."""
+        """Worth of an item of each order of the backlog, by row."""
         lines = self._warehouse.lines
         return self._each(lines, lines.begun if self._warehouse.split_orders_open else ())
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 NOWHERE = -1
 SHARE = 0.5
-"""What a share of lines counts in a score, less than an item."""
+"""Weight in a score of the share of an order's lines that are wanted: less than an item."""
 
 
 @define
