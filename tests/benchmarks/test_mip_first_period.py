@@ -39,7 +39,7 @@ def first_period(*overrides: str, packing: bool = True) -> Period:
     for order in warehouse.orders:
         warehouse.order_arrives(order)
     view = WarehouseView(warehouse)
-    return Period.of(view, Stock.of(view.pods, view.n_skus), packing=packing)
+    return Period.of(view, Stock.of(view), packing=packing)
 
 
 def of_size(orders: int, skus: int, pods: int, alpha: int) -> list[str]:
@@ -111,7 +111,7 @@ def made_period(orders: int, skus: int, pods: int, per_pod: int, stations: int) 
     contents = tuple(tuple(sorted(set(rng.choice(skus, per_pod, p=popularity).tolist()))) for _ in range(pods))
     order = np.repeat(np.arange(orders), rng.geometric(0.4, orders))
     line = np.unique(order * skus + rng.choice(skus, len(order), p=popularity))
-    stock = Stock(tuple(range(pods)), contents, skus)
+    stock = Stock.holding(contents, skus)
     every, none = tuple(range(orders)), ((),) * stations
     table = (line // skus, line % skus, np.ones(len(line), dtype=np.int64))
     return Period(stock, tuple(range(stations)), (15,) * stations, none, every, *table)

@@ -23,11 +23,9 @@ def period_of(
     From the SKUs of each order, those of each pod or its numbers of items, the free slots of each station and the pods
     there, and what else is so.
     """
-    counted = [pod for pod in pods if isinstance(pod, Mapping)]
-    unlimited = Stock(tuple(range(len(pods))), tuple(map(tuple, pods)), 9)
     lines = [(order, sku, 1) for order, skus in enumerate(orders) for sku in skus]
     return Period(
-        Stock.counted(counted, 9) if counted else unlimited,
+        Stock.holding(pods, 9),
         tuple(range(len(slots))),
         tuple(slots),
         tuple(map(tuple, there))[: len(slots)] or ((),) * len(slots),
@@ -50,7 +48,7 @@ def random_period(seed: int) -> Period:
     capacity = (1, 3, 7)[seed % 3]
     inbound = [tuple(sorted(rng.choice(n_pods, rng.integers(0, 3), replace=False).tolist())) for _ in range(n_stations)]
     return Period(
-        Stock(tuple(range(n_pods)), tuple(contents), n_skus),
+        Stock.holding(contents, n_skus),
         tuple(range(n_stations)),
         tuple(int(c) for c in rng.integers(1, capacity + 1, n_stations)),
         tuple(inbound),
@@ -74,7 +72,7 @@ def splitting_period(seed: int, orders: int, stations: int, skus: int) -> Period
     contents = tuple(tuple(sorted(rng.choice(skus, 2 + seed % 2, replace=False).tolist())) for _ in range(8))
     inbound = tuple((int(pod),) if seed % 2 else () for pod in rng.integers(0, 8, stations))
     return Period(
-        Stock(tuple(range(8)), contents, skus),
+        Stock.holding(contents, skus),
         tuple(range(stations)),
         (longest,) * stations if seed % 3 else (longest + 1, *[2] * (stations - 1)),
         inbound,
@@ -102,7 +100,7 @@ def scarce_period(seed: int) -> Period:
     items = [{int(sku): int(rng.integers(0, most_free)) for sku in skus} for skus in held]
     inbound = [tuple(sorted(rng.choice(n_pods, rng.integers(0, 3), replace=False).tolist())) for _ in range(n_stations)]
     return Period(
-        Stock.counted(items, n_skus),
+        Stock.holding(items, n_skus),
         tuple(range(n_stations)),
         tuple(int(c) for c in rng.integers(1, 6, n_stations)),
         tuple(inbound) if seed % 3 else ((),) * n_stations,
@@ -126,7 +124,7 @@ def putwall_period(seed: int) -> Period:
     return evolve(
         period,
         capacities=tuple(int(c) for c in rng.integers(1, 5, len(stations))),
-        stock=stock if seed % 2 else Stock(stock.pods, stock.contents, stock.n_skus),
+        stock=stock if seed % 2 else evolve(stock, number=None),
         counting_orders=counting,
         joined=frozenset(at),
     )
@@ -166,8 +164,8 @@ def brute_force_from_stock(period: Period, model: Model, weight: float, splits: 
     stations, n_skus = range(len(period.stations)), period.stock.n_skus
     groups = range(1, 1 << len(stations))
     free = np.zeros((len(period.stock.pods), n_skus), dtype=np.int64)
-    items = period.stock.items or Stock.counted([dict.fromkeys(s, 99) for s in period.stock.contents], n_skus).items
-    free[items.pod, items.sku] = items.number
+    stock = period.stock
+    free[stock.pod, stock.sku] = 99 if stock.number is None else stock.number
     largest = max(sum(quantity for _, quantity in lines) for lines in period.lines)
     worth = np.array([largest if s in period.counting_orders else 1 for s in stations])
     there = [sum(1 << s for s, pods in enumerate(period.inbound) if pod in pods) for pod in range(len(free))]
@@ -221,13 +219,13 @@ def new_splits(period: Period, choice: tuple[tuple[int | None, ...], ...]) -> in
 
 def _cheapest(period: Period, station: int):
     """Return a function from SKUs to the fewest new pods that bring those that P_s does not have."""
-    there = {sku for pod in period.inbound[station] for sku in period.stock.contents[pod]}
+    there = {sku for pod in period.inbound[station] for sku in period.stock.skus_of(pod).tolist()}
     known: dict[frozenset[int], float] = {}
 
     def fewest(skus: frozenset[int]) -> float:
         missing = skus - there
         if missing not in known:
-            sets = [set(skus) for skus in period.stock.contents]
+            sets = [{*period.stock.skus_of(pod).tolist()} for pod in period.stock.pods]
             numbers = range(len(missing) + 1)
             enough = (n for n in numbers for chosen in combinations(sets, n) if missing <= set().union(*chosen))
             known[missing] = next(enough, float("inf"))

@@ -19,6 +19,12 @@ Ids = NDArray[np.int64]
 T = TypeVar("T")
 
 
+def nearest_to(warehouse: WarehouseView, cell: int, cells: Ids) -> int:
+    """Return the cell with the shortest loaded drive from another, the robot facing as it likes; ties: the first."""
+    times = [warehouse.travel.times_from(cell, heading, True)[cells] for heading in range(4)]
+    return int(cells[np.min(times, axis=0).argmin()])
+
+
 @frozen(eq=False)
 class Locations:
     """The storage locations of a warehouse that hold no empty pod.
@@ -47,10 +53,6 @@ class Locations:
         """Driving time from each to the station that is nearest to it."""
         nearest: NDArray[np.int64] = self.ticks.min(axis=0)
         return nearest
-
-    def ranks(self) -> Ids:
-        """Return the rank of each, 0 for the best; locations with the same driving time have the same rank."""
-        return np.unique(self.nearest_ticks, return_inverse=True)[1].astype(np.int64)
 
     def by_cell(self, values: Ids, other: int) -> Ids:
         """Return values of the locations by cell, and another one for cells between them and for cell -1."""

@@ -11,17 +11,15 @@ from attrs import define, field
 from numpy.typing import NDArray
 
 from rmfs_core import PodMove, hookimpl
-from rmfs_rules.classes import worth
-from rmfs_rules.classes.locations import NO_STATION, Kept, Locations
-from rmfs_rules.classes.moving import Pause, nearest_to
+from rmfs_core.warehouse import STORED
+from rmfs_rules.classes.locations import NO_STATION, Ids, Kept, Locations, nearest_to
 from rmfs_rules.helpers import nearest_free_location
 from rmfs_rules.helpers.classes import by_share, class_borders, turn
 from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, POSITIVE, SHARE, parameter
-from rmfs_rules.helpers.sending import ByStock, held
+from rmfs_rules.helpers.sending import ByStock, held, worth
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Pod, WarehouseView
-    from rmfs_rules.classes.locations import Ids
+    from rmfs_core.warehouse import Pod, Robot, WarehouseView
 
 NOT_OFF = -1
 """How far from its rank a pod counts that may not be moved."""
@@ -48,32 +46,55 @@ class _Moving(ByStock):
     retry_s: float = parameter(
         120.0, POSITIVE, "Seconds until repositioning is looked into again, once all pods were where they belong"
     )
-    _pause: Pause = field(init=False, factory=Pause, repr=False, eq=False)
+    _until_s: float | None = field(init=False, default=None, repr=False, eq=False)  # a pause until then
+    _robots: tuple[Robot, ...] = field(init=False, default=(), repr=False, eq=False)  # whose run it is
 
     @hookimpl
     def move_pods(self, warehouse: WarehouseView, max_moves: int) -> Sequence[PodMove]:
-        """Move the pods that are not where they belong."""
-        return self._pause.after(warehouse, self.retry_s, lambda: self._moves(warehouse, max_moves))
+        """Move the pods that are not where they belong; none during a pause, which begins when there are none."""
+        if self.wake_at(warehouse) is not None:
+            return []
+        found = self._moves(warehouse, max_moves)
+        self.remember(None if found else warehouse.now_s + self.retry_s, warehouse)
+        return found
 
     @hookimpl
     def wake_at(self, warehouse: WarehouseView) -> float | None:
         """Look into repositioning again when the pause is over."""
-        return self._pause.until_s(warehouse)
+        pausing = self._robots is warehouse.robots and self._until_s is not None and self._until_s > warehouse.now_s
+        return self._until_s if pausing else None
 
     def memory(self) -> float | None:
         """Return when the pause is over, for the state of a run."""
-        return self._pause.told
+        return self._until_s
 
     def remember(self, memory: float | None, warehouse: WarehouseView) -> None:
         """Take that back."""
-        self._pause.begin(warehouse, None if memory is None else float(memory))
+        self._robots, self._until_s = warehouse.robots, None if memory is None else float(memory)
 
-    def _wanted(self, warehouse: WarehouseView) -> worth.Values:
-        """Return how much each pod is wanted."""
-        return worth.combined(warehouse, self.weight_speed, self.weight_demand)
+    def _wanted(self, warehouse: WarehouseView) -> NDArray[np.float64]:
+        """Return how much each pod is wanted: the weighted sum of two sums by pod, each as a share of the largest.
+
+        These are the items ordered until now of the SKUs that it has free, and the items on it that are wanted now.
+        """
+        stock, total = warehouse.stock, np.zeros(len(warehouse.pods))
+        if self.weight_speed and (speed := held(stock, warehouse.ordered())).any():
+            total += self.weight_speed * speed / speed.max()
+        if self.weight_demand and (demand := worth(stock, np.arange(len(total)), warehouse.open_demand())).any():
+            total += self.weight_demand * demand / demand.max()
+        return total
 
     @abstractmethod
     def _moves(self, warehouse: WarehouseView, max_moves: int) -> list[PodMove]: ...
+
+
+def _movable(warehouse: WarehouseView) -> NDArray[np.bool_]:
+    """Return whether each pod is stored, bound nowhere, and fetched by nobody, by pod."""
+    free: NDArray[np.bool_] = warehouse.stock.at == STORED
+    for robot in warehouse.robots:  # one that is on its way to move a pod
+        if robot.task is not None:
+            free[robot.task] = False
+    return free
 
 
 @define
@@ -190,7 +211,7 @@ class Cache(_Moving):
     def _moves(self, warehouse: WarehouseView, max_moves: int) -> list[PodMove]:
         locations, (owner, at) = self._caches.of(warehouse, self._owners)
         wanted = self._wanted(warehouse)
-        stored, movable = warehouse.stock.location, worth.movable(warehouse)
+        stored, movable = warehouse.stock.location, _movable(warehouse)
         there = int((owner != NO_STATION).sum()) - self.free_places * len(warehouse.stations)
         order = np.argsort(-wanted, kind="stable")
         useful = order[: min(max(there, 0), np.count_nonzero(wanted > 0))]
@@ -278,7 +299,7 @@ class Utility(_Moving):
             return []
         own = self._own_ranks(warehouse, ranked)
         cells = warehouse.stock.location
-        off = np.where(worth.movable(warehouse), np.abs(at[cells] - own), NOT_OFF)
+        off = np.where(_movable(warehouse), np.abs(at[cells] - own), NOT_OFF)
         out_of_place = np.flatnonzero(off >= self.corridor)
         free = np.isin(locations.cells, warehouse.free_storage_locations)
         moves: list[PodMove] = []
@@ -304,6 +325,6 @@ class Utility(_Moving):
 
 
 def _ranked(locations: Locations) -> tuple[Ids, Ids, Ids]:
-    """Return the ranks of locations, the same in ascending order, and by cell."""
-    ranks = locations.ranks()
+    """Return the ranks of locations, 0 for those with the shortest drive, the same in ascending order, and by cell."""
+    ranks = np.unique(locations.nearest_ticks, return_inverse=True)[1].astype(np.int64)
     return ranks, np.sort(ranks), locations.by_cell(ranks, 0)

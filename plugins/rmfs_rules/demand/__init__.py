@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from attrs import define
 
 from rmfs_core import PodTrip, hookimpl
-from rmfs_rules.helpers.sending import ByStock, Ids, may_send, nearest, send, worth
+from rmfs_rules.helpers.sending import ByStock, Ids, nearest, send, worth
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Station, Stock, WarehouseView
@@ -39,12 +39,9 @@ class Demand(ByStock):
     @hookimpl
     def select_pods(self, warehouse: WarehouseView, max_fetches: int) -> Sequence[PodTrip]:
         """Send the most wanted pods to the stations that lack one."""
-        if not may_send(warehouse, max_fetches):
-            return []
-        demand = warehouse.open_demand()
 
         def most_wanted(stock: Stock, station: Station, pods: Ids) -> int:
-            wanted = worth(stock, pods, demand)  # nothing on a pod that can be sent is promised
+            wanted = worth(stock, pods, warehouse.open_demand())  # nothing on a pod that can be sent is promised
             return nearest(warehouse, stock, pods[wanted == wanted.max()], station)
 
         return send(warehouse, max_fetches, most_wanted)

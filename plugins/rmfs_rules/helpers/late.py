@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from rmfs_core.warehouse import Order, Station, WarehouseView
+    from rmfs_core.warehouse import Order, WarehouseView
 
 OVERSIZE_WAIT_S = 600.0
 """How long an order that is larger than any station waits for an empty one before one is emptied for it, by default."""
@@ -39,12 +39,8 @@ def late(warehouse: WarehouseView, max_wait_s: float | None) -> list[int]:
     oldest = int((items > 0).argmax())
     if items[oldest] <= largest or warehouse.now_s - lines.arrival_s[oldest] < OVERSIZE_WAIT_S:
         return []
-    return [] if any(_picks_larger(station, largest) for station in warehouse.stations) else [oldest]
-
-
-def _picks_larger(station: Station, items: int) -> bool:
-    """Whether a station picks a larger order."""
-    return any(request.order.items > items for request in station.open_requests)
+    at_work = (request.order for station in warehouse.stations for request in station.open_requests)
+    return [] if any(order.items > largest for order in at_work) else [oldest]
 
 
 def assign_late(

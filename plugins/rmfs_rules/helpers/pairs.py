@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,11 +13,12 @@ from numpy.typing import NDArray
 from rmfs_core.decisions import OrderAssignment
 from rmfs_core.warehouse import CAPACITY, UNLIMITED, Order, columns_of, shown, stock_of
 from rmfs_core.world import OrderData
+from rmfs_rules.helpers import pairs_search as search
 from rmfs_rules.helpers.late import OVERSIZE_WAIT_S, assign_late
 from rmfs_rules.helpers.parameters import NOT_NEGATIVE, parameter
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Pod, Station, Stock, WarehouseView
+    from rmfs_core.warehouse import Pod, Station, WarehouseView
     from rmfs_core.world.travel import Travel
 
 Ints = NDArray[np.int64]
@@ -47,9 +47,6 @@ class Pairs:
     table
         Largest worth of a SKU at a station: an order scores the sum over its open lines of min(items, table[station,
         SKU]) there. Shape (stations, n_skus). Left out: all orders score the same. `change` changes it.
-    shares
-        Of orders with the same score the one goes first with the largest share of its open lines whose SKU has a 1 here
-        at the station, not a 0; before ``rank``. Shape (stations, n_skus). Left out: none has any.
     scores
         Instead of ``table``: scores of all orders at each station, below 0: never there; shape (stations, orders), by
         row. Whoever changes it says so (`forget`).
@@ -62,8 +59,7 @@ class Pairs:
     fast_lane
         Slots that a station with something to do keeps for orders which the pod that is there can complete.
     queues
-        Instead of stations, their queues: free slots and length of each, by station. An order takes one slot, and
-        joins where it fits the empty station.
+        Instead of stations, their queues: free slots and length of each, by station. An order takes one slot.
 
     Attributes
     ----------
@@ -78,7 +74,6 @@ class Pairs:
         warehouse: WarehouseView,
         table: Ints | None = None,
         *,
-        shares: Ints | None = None,
         scores: Floats | None = None,
         rank: Floats | None = None,
         first: Flags | None = None,
@@ -86,16 +81,14 @@ class Pairs:
         fast_lane: int = 0,
         queues: tuple[list[int], list[int]] | None = None,
     ) -> None:
-        self._search = search = _compiled()
         self.warehouse, self.lines, self.stations = warehouse, warehouse.lines, warehouse.stations
         orders, number, self._queued = len(self.lines.items), len(self.stations), queues is not None
-        nothing, no_scores, nowhere, no_extra = _nothing_at(number)
+        nothing = np.zeros((number, 0), np.int64)
         self.taken = np.zeros(orders, np.bool_)
         self._scores = search.Scores(
             nothing if table is None else np.array(table, np.int64, order="C"),
-            nothing if shares is None else np.array(shares, np.int64, order="C"),
-            no_scores if scores is None else _own(scores),
-            _scratch(orders),
+            nothing.astype(np.float64) if scores is None else _own(scores),
+            np.zeros(orders),
         )
         self._order = search.Precedence(
             self.taken,
@@ -105,19 +98,19 @@ class Pairs:
         capacities, heads = warehouse.capacities.copy(), np.zeros(number, search.HEAD)
         if queues is not None:
             capacities["free"], capacities["load"] = queues
+            capacities["counts_orders"] = 1
         self._free = capacities["free"]
-        stock, coming = _no_stock(), _NOTHING
+        stock, coming = warehouse.stock, _NOTHING
         if fast_lane:
-            stock, pods = warehouse.stock, [pod_at(warehouse, station) for station in self.stations]
+            pods = [pod_at(warehouse, station) for station in self.stations]
             heads["pod"] = [-1 if pod is None else pod.id for pod in pods]
             coming = np.array([[pod is not None and s.id in pod.bound_for for s in self.stations] for pod in pods])
         self._at = search.Stations(
             capacities,
             heads,
-            UNLIMITED if self._queued else warehouse.largest_capacity,
-            self._queued,
-            no_extra if extra is None else _own(extra),
-            nowhere if self._queued else places_taken(warehouse),
+            warehouse.largest_capacity,
+            np.zeros(number) if extra is None else _own(extra),
+            nothing.astype(np.bool_) if self._queued else places_taken(warehouse),
             fast_lane,
             coming,
             stock.of_pod,
@@ -162,7 +155,7 @@ class Pairs:
         def assign(row: int) -> bool:
             at = self._preferred(row, prefer)
             if at >= 0:
-                self._search.assign(self.lines, self._order, self._at, row, at)
+                search.assign(self.lines, self._order, self._at, row, at)
                 self._tell(row, at, take)
             return at >= 0
 
@@ -171,10 +164,10 @@ class Pairs:
         most, found = 1 if take is not None else AT_ONCE, True
         while found and self._may_fit():
             if prefer is not None:
-                row, _ = self._search.best_pair(*told)
+                row, _ = search.best_pair(*told)
                 found = row >= 0 and assign(row)
                 continue
-            pairs = self._search.assign_best(plain, most).tolist()
+            pairs = search.assign_best(plain, most).tolist()
             for row, at in pairs:
                 self._tell(row, at, take)
             found = len(pairs) == most
@@ -186,7 +179,7 @@ class Pairs:
 
     def _preferred(self, row: int, prefer: Prefer | None) -> int:
         """Return the station that takes an order, of those where it fits; -1: it fits nowhere."""
-        values = self._search.values_of(self.lines, self._scores, row, self._at).tolist()
+        values = search.values_of(self.lines, self._scores, row, self._at).tolist()
         best = [at for at, value in enumerate(values) if value == max(values) > -math.inf]
 
         def key(at: int) -> tuple[int, int, int]:
@@ -344,12 +337,12 @@ def assign_best_pairs(
 
 def load() -> None:
     """Load what is compiled, or compile it, by a decision on one order without items at one station."""
-    search, none, stock = _compiled(), np.zeros((1, 0), np.int64), _no_stock()
+    none, stock = np.zeros((1, 0), np.int64), stock_of((), 1)
     lines = columns_of([Order(0, OrderData("", arrival_tick=0, lines=()), int)], 1)
-    scores = search.Scores(none, none, none.astype(np.float64), np.zeros(1))
+    scores = search.Scores(none, none.astype(np.float64), np.zeros(1))
     order = search.Precedence(np.zeros(1, np.bool_), np.zeros(0, np.bool_), _NO_RANK)
     rows, entries = (np.zeros(1, CAPACITY), np.zeros(1, search.HEAD)), (stock.of_pod, stock.sku, stock.items.copy())
-    at = search.Stations(*rows, UNLIMITED, False, np.zeros(1), none.view(np.bool_), 0, _NOTHING, *entries)
+    at = search.Stations(*rows, UNLIMITED, np.zeros(1), none.view(np.bool_), 0, _NOTHING, *entries)
     search.assign_best((tuple(lines), tuple(scores), tuple(order), tuple(at)), 1)
     search.best_pair(lines, scores, order, at)
     search.values_of(lines, scores, 0, at)
@@ -376,7 +369,7 @@ def places_taken(warehouse: WarehouseView) -> Flags:
     lines, stations = warehouse.lines, warehouse.stations
     begun = lines.begun.tolist() if warehouse.split_orders_open else []
     if not begun:
-        return _nothing_at(len(stations))[2]
+        return np.zeros((len(stations), 0), np.bool_)
     placed = np.zeros((len(stations), len(lines.items)), np.bool_)
     for row in begun:
         order = warehouse.order(int(lines.order_id[row]))
@@ -384,33 +377,5 @@ def places_taken(warehouse: WarehouseView) -> Flags:
     return placed
 
 
-@cache
-def _compiled() -> Any:
-    from rmfs_rules.helpers import pairs_search  # imported when needed, for it takes its time
-
-    return pairs_search
-
-
-@cache
-def _no_stock() -> Stock:
-    """Return the stock of no pods: what pods hold matters to those alone who keep slots for it."""
-    return stock_of((), 1)
-
-
-@cache
-def _nothing_at(stations: int) -> tuple[Ints, Floats, Flags, Floats]:
-    """Return what is known of no orders at stations: table, scores, slots, and no addition; nobody changes them."""
-    nothing = np.empty((stations, 0), np.int64)
-    return nothing, nothing.astype(np.float64), nothing.astype(np.bool_), np.zeros(stations)
-
-
 _NOTHING, _NONE_FIRST, _NO_ITEMS = np.zeros((0, 0), np.bool_), np.zeros(0, np.bool_), np.zeros(0, np.int64)
 _NO_RANK = shown(np.zeros(0))  # compiled functions take one kind of array, and due times are for looking only
-_zeros = [np.zeros(1024)]
-
-
-def _scratch(length: int) -> Floats:
-    """Return an array of zeros that all decisions share: compiled code fills it with zeros again when it is done."""
-    if length > len(_zeros[0]):
-        _zeros[0] = np.zeros(2 * length)
-    return _zeros[0]

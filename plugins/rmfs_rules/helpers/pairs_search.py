@@ -17,10 +17,6 @@ Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-SHARE = 0.5
-"""Bonus of an order with all of its lines in `Scores.shares`: less than an item."""
-
-
 HEAD = np.dtype([(name, np.int64) for name in ("known", "row", "pod")] + [("score", np.float64)])
 """Which order goes first at a station.
 
@@ -40,8 +36,6 @@ class Stations(NamedTuple):
         Each by id, `HEAD`, shape (stations,).
     largest
         Items of the largest order that fits any station; a larger one fits an empty station.
-    queued
-        Whether orders join queues, of which ``capacities`` has free capacity and lengths: 1 an order.
     extra
         Addition of each station to the scores of all orders, float64, shape (stations,).
     placed
@@ -58,7 +52,6 @@ class Stations(NamedTuple):
     capacities: NDArray[np.void]
     heads: NDArray[np.void]
     largest: int
-    queued: bool
     extra: Floats
     placed: Flags
     kept: int
@@ -89,15 +82,12 @@ class Precedence(NamedTuple):
 class Scores(NamedTuple):
     """Scores of orders at stations.
 
-    An order scores the sum over its open lines of min(items, ``table`` of the SKU), and `SHARE` times the share of its
-    open lines whose SKU is in ``shares``; or what is ``given``.
+    An order scores the sum over its open lines of min(items, ``table`` of the SKU), or what is ``given``.
 
     Parameters
     ----------
     table
         By SKU, shape (stations, n_skus), or (stations, 0): nothing counts.
-    shares
-        1 or 0 by SKU, shape (stations, n_skus), or (stations, 0): none.
     given
         By row, below 0: never there; shape (stations, orders), or (stations, 0): the sums.
     zeros
@@ -105,7 +95,6 @@ class Scores(NamedTuple):
     """
 
     table: Ints
-    shares: Ints
     given: Floats
     zeros: Floats
 
@@ -120,8 +109,6 @@ def room(at: int, stations: Stations) -> int:
 @helper
 def size_at(lines: Lines, row: int, at: int, stations: Stations) -> int:
     """Capacity that an order takes up at a station."""
-    if stations.queued:
-        return 1
     if stations.capacities[at]["counts_orders"]:
         return 0 if stations.placed.shape[1] and stations.placed[at, row] else 1
     items = lines.items[row]
@@ -131,10 +118,7 @@ def size_at(lines: Lines, row: int, at: int, stations: Stations) -> int:
 @helper
 def fits(lines: Lines, row: int, at: int, free: int, stations: Stations) -> bool:
     """Whether an order fits a station with so much capacity free."""
-    items, there = lines.items[row], stations.capacities[at]
-    if items == 0 or (stations.queued and not there["counts_orders"] and items > there["capacity"]):
-        return False
-    return free >= 0 and size_at(lines, row, at, stations) <= free
+    return bool(lines.items[row] > 0 and free >= 0 and size_at(lines, row, at, stations) <= free)
 
 
 @helper
@@ -168,39 +152,16 @@ def score_of(lines: Lines, row: int, at: int, scores: Scores) -> float:
     if scores.given.shape[1]:
         return float(scores.given[at, row])
     score: float = 0.0
-    shared: float = 0.0
-    for line in range(lines.begin[row], lines.begin[row + 1]):
-        if scores.table.shape[1]:
+    if scores.table.shape[1]:
+        for line in range(lines.begin[row], lines.begin[row + 1]):
             score += min(lines.quantity[line], scores.table[at, lines.sku[line]])
-        if scores.shares.shape[1] and lines.quantity[line] > 0:
-            shared += scores.shares[at, lines.sku[line]]
-    return float(score + SHARE * (shared / lines.open_lines[row]))
-
-
-@helper
-def listed(lines: Lines, counts: Ints, at: int) -> int:
-    """Number of open lines of the SKUs that count at a station."""
-    number = 0
-    for sku in range(counts.shape[1]):
-        if counts[at, sku] > 0:
-            number += lines.number[sku]
-    return number
+    return score
 
 
 @helper
 def score_listed(lines: Lines, scores: Scores, at: int, scored: Ints) -> int:
     """Add up the scores of the orders that score anything; note their rows, and return how many there are."""
     sums, number = scores.zeros, 0
-    for sku in range(scores.shares.shape[1]):
-        if scores.shares[at, sku] > 0:
-            for entry in range(lines.first[sku], lines.first[sku] + lines.number[sku]):
-                row = lines.listed_order[entry]
-                if sums[row] == 0:
-                    scored[number] = row
-                    number += 1
-                sums[row] += scores.shares[at, sku]
-    for row in scored[:number]:
-        sums[row] = SHARE * (sums[row] / lines.open_lines[row])
     for sku in range(scores.table.shape[1]):
         most = scores.table[at, sku]
         if most > 0:
@@ -251,8 +212,10 @@ def best_order(lines: Lines, scores: Scores, order: Precedence, at: int, station
         return best, given[best] if best >= 0 else 0.0
     sums, number, best = scores.zeros, 0, -1
     any_fits = for_all > 0 or stations.placed.shape[1] > 0
-    most = listed(lines, scores.table, at) + listed(lines, scores.shares, at) if any_fits else 0
-    scored = np.empty(most + len(completed), np.int64)
+    most = len(completed)
+    for sku in range(scores.table.shape[1]):
+        most += lines.number[sku] * (scores.table[at, sku] > 0)
+    scored = np.empty(most, np.int64)
     if any_fits:
         number = score_listed(lines, scores, at, scored)
         best = best_of(lines, scored[:number], sums, order, at, for_all, stations, best)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from attrs import field, validators
 
 NOT_NEGATIVE, POSITIVE, AT_LEAST_1 = validators.ge(0), validators.gt(0), validators.ge(1)
+FINITE = validators.lt(math.inf)
 SHARE, SHARE_ABOVE_0 = validators.and_(NOT_NEGATIVE, validators.le(1)), validators.and_(POSITIVE, validators.le(1))
 
 

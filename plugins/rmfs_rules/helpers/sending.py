@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache
 from heapq import heapify, heappop, heappush
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.clock import UNREACHABLE, far
 from rmfs_core.decisions import PodTrip
-from rmfs_core.warehouse import BUSY, STORED, stock_of
+from rmfs_core.jit import njit
+from rmfs_core.warehouse import BUSY, STORED, Stock, stock_of
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Pod, Station, Stock, WarehouseView
+    from rmfs_core.warehouse import Pod, Station, WarehouseView
     from rmfs_core.world.travel import Travel
+    from rmfs_rules.helpers.searching import Plain
 
 Ids = NDArray[np.int64]
 
@@ -28,13 +29,6 @@ class ByStock:
     def prepare(self, travel: Travel) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
         load()
-
-
-@cache
-def _search() -> Any:
-    from rmfs_rules.helpers import sending_search  # compiled: imported when needed, for it takes its time
-
-    return sending_search
 
 
 Wanted = Mapping[int, int]
@@ -70,7 +64,9 @@ def _send(
     warehouse: WarehouseView, max_fetches: int, choose: Callable[[Stock, Station, Ids, Wanted], int | None]
 ) -> list[PodTrip]:
     """Select pods as `send` does; ``choose`` is also given what is still uncovered."""
-    search, stock = _search(), warehouse.stock
+    if not (max_fetches > 0 or any(_serves_another(warehouse, pod) for pod in warehouse.leaving_pods)):
+        return []
+    stock = warehouse.stock
     at = stock.at.copy()  # a pod that is sent is busy from then on
     plain = tuple(stock)
     needy = []  # those with the fewest inbound pods, and of these with the most uncovered items, go first
@@ -85,7 +81,7 @@ def _send(
     while needy and (max_fetches > 0 or at.max(initial=BUSY) >= 0):
         inbound, _, identifier, wanted = heappop(needy)
         skus = np.fromiter(wanted, np.int64, len(wanted))
-        pods = search.servers(plain, at, skus, identifier, max_fetches > 0)
+        pods = servers(plain, at, skus, identifier, max_fetches > 0)
         if not len(pods):
             continue
         chosen = choose(stock, warehouse.stations[identifier], pods, MappingProxyType(wanted))
@@ -100,6 +96,45 @@ def _send(
         max_fetches -= at[pod.id] == STORED
         at[pod.id] = BUSY
     return trips
+
+
+def _serves_another(warehouse: WarehouseView, pod: Pod) -> bool:
+    """Whether a pod that leaves a station has what another one lacks."""
+    return any(
+        request.sku in pod.contents and pod.free_items(request.sku) > 0
+        for station in warehouse.stations
+        if station.id not in pod.bound_for
+        for request in station.uncovered_requests
+    )
+
+
+@njit(cache=True, interpreted=True)
+def servers(columns: Plain, at: Ids, skus: Ids, station: int, fetch: bool) -> Ids:
+    """Pods that can be sent to a station and have a free item of one of the SKUs, ascending.
+
+    Parameters
+    ----------
+    columns
+        Columns of the pods' `Stock`.
+    at
+        As `Stock.at`, with what this decision has sent.
+    skus
+        SKUs of the requests that are uncovered.
+    station
+        Its id.
+    fetch
+        Whether stored pods can be sent, besides pods that are about to leave a station.
+    """
+    stock = Stock(*columns)
+    found = np.zeros(len(at), np.bool_)
+    for sku in skus:
+        for index in range(stock.of_sku[sku], stock.of_sku[sku + 1]):
+            entry = stock.by_sku[index]
+            pod = stock.pod[entry]
+            where = at[pod]
+            if stock.items[entry] > 0 and where not in (BUSY, station) and (fetch or where != STORED):
+                found[pod] = True
+    return np.flatnonzero(found)
 
 
 def send_pods(
@@ -135,20 +170,6 @@ def send_pods(
     return _send(warehouse, max_fetches, by_id)
 
 
-def may_send(warehouse: WarehouseView, max_fetches: int) -> bool:
-    """Whether a pod may be there to send: a stored one, or one that leaves a station and can serve another."""
-    if max_fetches > 0:
-        return True
-    for pod in warehouse.leaving_pods:
-        held, been = pod.contents, pod.bound_for
-        for station in warehouse.stations:
-            if station.id not in been:
-                for request in station.uncovered_requests:
-                    if request.sku in held and pod.free_items(request.sku) > 0:
-                        return True
-    return False
-
-
 def worth(stock: Stock, pods: Ids, wanted: Ids) -> Ids:
     """Return of each pod the sum over its SKUs of min(free items, items wanted), int64, shape (pods,).
 
@@ -161,22 +182,43 @@ def worth(stock: Stock, pods: Ids, wanted: Ids) -> Ids:
     wanted
         Items wanted by SKU, shape (n_skus,).
     """
-    sums: Ids = _search().worth(stock.of_pod, stock.sku, stock.items, pods, wanted)
+    sums: Ids = add_up_wanted(stock.of_pod, stock.sku, stock.items, pods, wanted)
+    return sums
+
+
+@njit(cache=True, interpreted=True)
+def add_up_wanted(of_pod: Ids, sku: Ids, items: Ids, pods: Ids, wanted: Ids) -> Ids:
+    """Do what `worth` says; of `Stock` it takes what it reads."""
+    sums = np.zeros(len(pods), np.int64)
+    for i in range(len(pods)):
+        for entry in range(of_pod[pods[i]], of_pod[pods[i] + 1]):
+            sums[i] += min(items[entry], wanted[sku[entry]])
     return sums
 
 
 def held(stock: Stock, values: Ids) -> Ids:
     """Return of all pods the sum of values by SKU, whole numbers, over the SKUs that each has free, shape (pods,)."""
-    sums: Ids = _search().held(stock.of_pod, stock.sku, stock.items, values)
+    sums: Ids = add_up_held(stock.of_pod, stock.sku, stock.items, values)
+    return sums
+
+
+@njit(cache=True, interpreted=True)
+def add_up_held(of_pod: Ids, sku: Ids, items: Ids, values: Ids) -> Ids:
+    """Do what `held` says; of `Stock` it takes what it reads."""
+    sums = np.zeros(len(of_pod) - 1, np.int64)
+    for pod in range(len(sums)):
+        for entry in range(of_pod[pod], of_pod[pod + 1]):
+            if items[entry] > 0:
+                sums[pod] += values[sku[entry]]
     return sums
 
 
 def load() -> None:
     """Load what is compiled, or compile it, by a decision without pods."""
-    search, stock = _search(), stock_of((), 1)
-    search.servers(tuple(stock), np.zeros(0, np.int64), np.zeros(1, np.int64), 0, True)
-    worth(stock, np.zeros(0, np.int64), np.zeros(1, np.int64))
-    held(stock, np.zeros(1, np.int64))
+    stock, none, one = stock_of((), 1), np.zeros(0, np.int64), np.zeros(1, np.int64)
+    servers(tuple(stock), none, one, 0, True)
+    worth(stock, none, one)
+    held(stock, one)
 
 
 def ticks_from(warehouse: WarehouseView, cells: Ids, station: Station) -> Ids:

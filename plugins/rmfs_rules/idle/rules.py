@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from attrs import define
 
 from rmfs_core import RobotMove, hookimpl
-from rmfs_rules.helpers.parameters import SHARE, parameter
+from rmfs_rules.helpers.parameters import SHARE, SHARE_ABOVE_0, parameter
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Robot, WarehouseView
@@ -78,11 +78,6 @@ class RestMiddle:
         return _to_free(warehouse, lambda _: lambda cell: layout.distance(cell, middle))
 
 
-def _share(_instance: object, attribute: Any, value: float) -> None:
-    if not 0 < value <= 1:
-        raise ValueError(f"expected {attribute.name} above 0 and at most 1, found {value}")
-
-
 @define
 class ChargeWhenLow:
     """Send robots to a charger when their batteries are down to a share, and let them charge up to another.
@@ -99,7 +94,7 @@ class ChargeWhenLow:
     """
 
     low: float = parameter(0.3, SHARE, "Charge below which a robot goes")
-    full: float = parameter(0.8, _share, "Charge up to which it stays")
+    full: float = parameter(0.8, SHARE_ABOVE_0, "Charge up to which it stays")
 
     def __attrs_post_init__(self) -> None:
         if self.low >= self.full:

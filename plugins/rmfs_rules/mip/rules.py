@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
-from attrs import define, evolve, field, validators
+from attrs import define, evolve, validators
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip, SolveReport, hookimpl
 from rmfs_rules.helpers import OVERSIZE_WAIT_S
 from rmfs_rules.helpers.oversize import Oversize, with_oversize
 from rmfs_rules.helpers.packing import MOST_WORK, room_to_split
 from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, POSITIVE, parameter
+from rmfs_rules.mip.compiled import warm_up
 from rmfs_rules.mip.period.effort import Effort
 from rmfs_rules.mip.period.period import Period, Preference, Stock
 from rmfs_rules.mip.period.solution import Model, Solution
@@ -23,7 +24,7 @@ from rmfs_rules.mip.proof.steps import proof_of
 from rmfs_rules.mip.proof.ties import break_ties
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Pod, Station, WarehouseView
+    from rmfs_core.warehouse import Station, WarehouseView
     from rmfs_core.world.travel import Travel
 
 
@@ -87,8 +88,6 @@ class _Joint:
         "than any station takes; for split-among-stations, than all take together; if orders are split, in one "
         "line) gets a station of its own: one takes nothing else until it is empty, and then that order alone",
     )
-    _stock: Stock | None = field(default=None, init=False, repr=False, eq=False)
-    _pods: tuple[Pod, ...] | None = field(default=None, init=False, repr=False, eq=False)
 
     def __attrs_post_init__(self) -> None:
         if self.formulation == "paper" and self.tie_break != "solver":
@@ -108,7 +107,7 @@ class _Joint:
     @hookimpl
     def assign_orders_and_pods(self, warehouse: WarehouseView, rng: np.random.Generator) -> JointDecision:
         """Solve one period; it may be that of an order too large for any station to take it together with others."""
-        stock, (splits, room) = self._stock_of(warehouse), self._room(warehouse)
+        stock, (splits, room) = Stock.of(warehouse), self._room(warehouse)
         capacity = None if room is None else warehouse.split_orders_open + room
         large = Oversize.of(warehouse, self.max_wait_s, splits=splits, over_time=self.model is Model.SPLIT_OVER_TIME)
 
@@ -144,9 +143,7 @@ class _Joint:
 
     def prepare(self, travel: Travel) -> None:  # noqa: ARG002
         """Load the compiled searches, or compile them."""
-        from rmfs_rules.mip.compiled import warm_up
-
-        if self.formulation == "aggregated" and not all(search.signatures for search in warm_up.searches()):
+        if self.formulation == "aggregated":
             warm_up.load()
 
     def solve(self, period: Period, packing: int | None = None) -> Solution:
@@ -185,16 +182,6 @@ class _Joint:
         if self.preferred_pods == "bound":
             return Preference(1 - period.idle, once_sent=1.0)
         return Preference(np.ones(len(period.stock.pods)))
-
-    def _stock_of(self, warehouse: WarehouseView) -> Stock:
-        """Return the pods' contents: read once where they never change, else as far as they did."""
-        if self._stock is None or self._pods is not warehouse.pods:
-            self._pods = warehouse.pods
-            self._stock = Stock.of(warehouse.pods, warehouse.n_skus)
-        if not warehouse.unlimited_stock:
-            free = warehouse.free_items
-            self._stock = self._stock.with_items(free.pod, free.sku, free.number)
-        return self._stock
 
 
 @define(kw_only=True)

@@ -10,11 +10,12 @@ import numpy as np
 from rmfs_core import JointDecision, OrderAssignment, PodTrip
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.warehouse import CAPACITY, columns_of, shown, stock_of
+from rmfs_rules.helpers.sending import load
 from rmfs_rules.pod_index.period import MOST_STEPS, NEVER, NONE, Ints, Weights, quiet_until
 from rmfs_rules.pod_index.turns import decide
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Lines, Station, Stock, WarehouseView
+    from rmfs_core.warehouse import Station, WarehouseView
 
 MOST_SECONDS = 4096
 """Of how many seconds the power is kept in a table."""
@@ -42,15 +43,9 @@ def ticks_to(stations: Sequence[Station], warehouse: WarehouseView) -> Ints:
 
 def quiet(warehouse: WarehouseView, weights: Weights, without: Station | None = None, *, urgent: bool = False) -> int:
     """Return the tick until which nothing can be decided, as `quiet_until` says; ``without`` takes nothing now."""
-    given = looks(weights, warehouse.lines, warehouse.stock)
+    columns = tuple(warehouse.lines), tuple(warehouse.stock), tuple(weights), warehouse.capacities
     shut = NONE if without is None else without.id
-    return quiet_until(given, warehouse.capacities, shut, warehouse.now_tick, urgent)  # type: ignore[no-any-return]
-
-
-def looks(weights: Weights, lines: Lines, stock: Stock) -> tuple[Any, ...]:
-    """Return the fields of `Looks`."""
-    given = weights.full, weights.most_pods, weights.urge_ticks, weights.base_ticks
-    return *given, lines.arrival_s, lines.first, lines.number, lines.listed_order, *stock[:8]
+    return quiet_until(*columns, shut, warehouse.now_tick, urgent)  # type: ignore[no-any-return]
 
 
 def decision(
@@ -97,7 +92,8 @@ def wake_s(warehouse: WarehouseView, weights: Weights) -> float | None:
 
 def prepare(weights: Weights) -> None:
     """Load compiled code, or compile it."""
+    load()
     lines, stock, capacities = columns_of((), 1), stock_of((), 1), shown(np.zeros(1, CAPACITY))
     columns = tuple(lines), tuple(stock), tuple(weights), capacities
     decide(*columns, NONE, NOWHERE, np.zeros((1, 1), np.int64), 0, 0)
-    quiet_until(looks(weights, lines, stock), capacities, NONE, 0, False)
+    quiet_until(*columns, NONE, 0, False)

@@ -39,7 +39,7 @@ def best_pods(p: Period, station: int, bound: float) -> None:
         better = best
         index = ratio(p, station, best, index * weights.handle_s)
     if better != NONE:
-        less = CLOSE if p.stations.inbound[station] else max(CLOSE, weights.near)
+        less = CLOSE if p.stations[station]["inbound"] else max(CLOSE, weights.near)
         index = max(index * (1 - less), bound * (1 - 2 * CLOSE))  # below that, lines were left out
         find_gains(p, station, index * weights.handle_s)
         for pod in pods.urgent:

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Stations = NDArray[np.void]
+"""Stations by id, `CAPACITY`."""
 
 NONE, NEVER = -1, 1 << 62
 """No line, pod or station; a tick, or a sum of ages, that is never reached."""
@@ -55,38 +57,6 @@ class Weights(NamedTuple):
     packing: bool  # whether there is a limit of split orders
     priority: Floats  # priority_factor to the power of -20 to 20
     least: Floats  # 0, 1, 2 ... seconds to the power of ``finish``
-
-
-class Looks(NamedTuple):
-    """Figures looked at before each period: fields of `Weights`, `Lines` and `Stock`."""
-
-    full: float
-    most_pods: int
-    urge_ticks: int
-    base_ticks: int
-    arrival_s: Floats
-    first: Ints
-    number: Ints
-    listed_order: Ints
-    pod: Ints
-    sku: Ints
-    items: Ints
-    of_pod: Ints
-    by_sku: Ints
-    of_sku: Ints
-    at: Ints
-    bound: Ints
-
-
-class Stations(NamedTuple):
-    """The picking stations; arrays of shape (stations,)."""
-
-    room: Ints  # free slots
-    load: Ints  # slots that are taken
-    capacity: Ints  # all slots
-    inbound: Ints  # pods at or bound for it
-    counts_orders: Ints  # whether its slots are for orders: 0 or 1
-    going_on: Ints  # whether it may take another turn: 0 or 1
 
 
 class Pods(NamedTuple):
@@ -138,7 +108,7 @@ class Period(NamedTuple):
 
 
 @njit(cache=True, interpreted=True)
-def count_lines(lines: Lines | Looks, stock: Stock | Looks) -> tuple[Ints, Ints, Ints]:
+def count_lines(lines: Lines, stock: Stock) -> tuple[Ints, Ints, Ints]:
     """Count the open lines that pods have items for.
 
     Returns
@@ -161,28 +131,28 @@ def count_lines(lines: Lines | Looks, stock: Stock | Looks) -> tuple[Ints, Ints,
 
 
 @njit(cache=True, interpreted=True)
-def needed(load: int, capacity: int, weights: Weights | Looks) -> int:
-    """Return ticks that ages add up to before a pod is sent to a station of which so many slots are taken."""
+def needed(stations: Stations, at: int, weights: Weights) -> int:
+    """Return ticks that ages add up to before a pod is sent to a station, by the slots of it that are taken."""
+    load, capacity = stations[at]["load"], stations[at]["capacity"]
     return int(weights.urge_ticks * (1 + (weights.full - 1) * min(load, capacity) / capacity))
 
 
 @njit(cache=True, interpreted=True)
 def stations_of(capacities: NDArray[np.void], without: int) -> Stations:
     """Return the stations as they are when a period begins; ``without``, if not `NONE`, takes nothing now."""
-    room = capacities["free"].copy()
+    stations = capacities.copy()
     if without != NONE:
-        room[without] = 0
-    load, capacity, inbound = capacities["load"].copy(), capacities["capacity"].copy(), capacities["inbound"].copy()
-    return Stations(room, load, capacity, inbound, capacities["counts_orders"].copy(), (room > 0).astype(np.int64))
+        stations[without]["free"] = 0
+    return stations
 
 
 @njit(cache=True, interpreted=True)
-def least_needed(stations: Stations, weights: Weights | Looks) -> int:
+def least_needed(stations: Stations, weights: Weights) -> int:
     """Return the least of what is needed at the stations that take another pod, `NEVER` where none does."""
     least = NEVER
-    for i in range(len(stations.room)):
-        if stations.room[i] and stations.inbound[i] < weights.most_pods:
-            least = min(least, needed(stations.load[i], stations.capacity[i], weights))
+    for i in range(len(stations)):
+        if stations[i]["free"] and stations[i]["inbound"] < weights.most_pods:
+            least = min(least, needed(stations, i, weights))
     return least
 
 
@@ -198,10 +168,10 @@ def soonest(number: Ints, arrivals: Ints, need: int, base_ticks: int, now: int) 
 
 
 @helper
-def covers(lines: Looks, stock: Looks, stations: Stations) -> bool:
+def covers(lines: Lines, stock: Stock, stations: Stations) -> bool:
     """Return whether a pod that goes to a station with free slots last has an item of an open line."""
     for pod in range(len(stock.bound)):
-        if stock.bound[pod] != NONE and stations.room[stock.bound[pod]] > 0:
+        if stock.bound[pod] != NONE and stations[stock.bound[pod]]["free"] > 0:
             for entry in range(stock.of_pod[pod], stock.of_pod[pod + 1]):
                 if stock.items[entry] > 0 and lines.number[stock.sku[entry]]:
                     return True
@@ -209,40 +179,38 @@ def covers(lines: Looks, stock: Looks, stations: Stations) -> bool:
 
 
 @njit(cache=True, interpreted=True)
-def quiet_until(told: Plain, capacities: NDArray[np.void], without: int, now: int, urgent: bool) -> int:
+def quiet_until(
+    open_lines: Plain, pods: Plain, given: Plain, capacities: NDArray[np.void], without: int, now: int, urgent: bool
+) -> int:
     """Return the tick until which there is nothing to decide while nothing but the time changes; now: there may be.
-
-    Most answers are that nothing can be decided, and reading an array takes as long as finding that out.
 
     Parameters
     ----------
-    told
-        The fields of `Looks`, side by side.
-    capacities, without, now
+    open_lines, pods, given, capacities, without, now
         As in `turns.decide`.
     urgent
         Whether the next tick is wanted at which another pod is wanted enough, whatever can be decided now.
     """
-    looks = Looks(*told)
+    lines, stock, weights = Lines(*open_lines), Stock(*pods), Weights(*given)
     stations = stations_of(capacities, without)
-    if not urgent and covers(looks, looks, stations):
+    if not urgent and covers(lines, stock, stations):
         return now
-    need, waits = least_needed(stations, looks), looks.urge_ticks > 0 and stations.load.any()
+    need, waits = least_needed(stations, weights), weights.urge_ticks > 0 and stations["load"].any()
     if need == NEVER or (urgent and not waits):
         return NEVER
-    _, number, arrivals = count_lines(looks, looks)
+    _, number, arrivals = count_lines(lines, stock)
     for pod in range(0 if urgent else len(number)):
-        urge = number[pod] * (now + looks.base_ticks) - arrivals[pod]
-        if looks.at[pod] != BUSY and number[pod] and (urge >= need or not waits):
+        urge = number[pod] * (now + weights.base_ticks) - arrivals[pod]
+        if stock.at[pod] != BUSY and number[pod] and (urge >= need or not waits):
             return now
-    return soonest(number, arrivals, need, looks.base_ticks, now) if waits else NEVER
+    return soonest(number, arrivals, need, weights.base_ticks, now) if waits else NEVER
 
 
 @njit(cache=True, interpreted=True)
 def find_able(p: Period, station: int) -> bool:
     """Mark the pods that may be sent to a station: movable, and wanted enough where it matters; return whether any."""
     waits, some = p.numbers[AT_WORK] and p.weights.urge_ticks, False
-    need = needed(p.stations.load[station], p.stations.capacity[station], p.weights) if waits else 0
+    need = needed(p.stations, station, p.weights) if waits else 0
     for pod in p.pods.urgent:
         enough = not waits or p.pods.urge[pod] >= need
         # A pod that leaves the station has brought its items
@@ -313,9 +281,10 @@ def fits(p: Period, order: int, quantity: int, station: int) -> bool:
     """Return whether a line that is not taken fits the free slots of a station."""
     if p.weights.packing and not (p.split[order] or p.lines.open_lines[order] == 1 or p.numbers[PACKING_ROOM] > 0):
         return False
-    if p.stations.counts_orders[station]:
-        return p.stations.room[station] > 0 or p.placed[station, order]  # type: ignore[no-any-return]
-    return quantity <= p.stations.room[station]  # type: ignore[no-any-return]
+    there = p.stations[station]
+    if there["counts_orders"]:
+        return bool(there["free"] > 0 or p.placed[station, order])
+    return bool(quantity <= there["free"])
 
 
 @helper

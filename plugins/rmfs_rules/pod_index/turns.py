@@ -44,11 +44,12 @@ def decide(
     """
     lines, stock, weights = Lines(*open_lines), Stock(*pods), Weights(*given)
     stations = period.stations_of(capacities, without)
+    going_on = stations["free"] > 0
     n_skus, n_pods, n_lines = len(lines.number), len(stock.at), lines.number.sum()
     need, (wanted, number, arrivals) = period.least_needed(stations, weights), period.count_lines(lines, stock)
     urge, movable = number * (now + weights.base_ticks) - arrivals, (stock.at != BUSY) & (number > 0)
     movable &= need != period.NEVER
-    if weights.urge_ticks > 0 and stations.load.any():  # else no pod waits to be wanted enough
+    if weights.urge_ticks > 0 and stations["load"].any():  # else no pod waits to be wanted enough
         movable &= urge >= need
     available = count_items(stock, n_skus, len(ticks))
     share = period.share_visits(wanted, stock, available, number, weights)
@@ -64,18 +65,18 @@ def decide(
         now, wanted, lines.listed_items.copy(), lines.quantity.copy(), share, available, placed,
         period.bound_orders(lines, weights), split, np.zeros(len(split), np.int64), ticks,
         np.empty((n_lines, 3), np.int64), np.empty((n_pods, 2), np.int64), np.empty(n_pods, np.int64),
-        np.array([0, 0, 0, int(stations.load.any()), packing]),
+        np.array([0, 0, 0, int(stations["load"].any()), packing]),
     )  # fmt: skip
-    while stations.going_on.any():
-        turn = np.flatnonzero(stations.going_on)
-        for station in turn[np.argsort(stations.inbound[turn], kind="mergesort")]:
+    while going_on.any():
+        turn = np.flatnonzero(going_on)
+        for station in turn[np.argsort(stations["inbound"][turn], kind="mergesort")]:
             line, most = period.best_covered(p, station)
-            if stations.inbound[station] < weights.most_pods and period.find_able(p, station):
+            if stations[station]["inbound"] < weights.most_pods and period.find_able(p, station):
                 line = bring_pods(p, station, line, most)
             if line != NONE:
                 take(p, line, station)
-            more = stations.room[station] > 0 or stations.counts_orders[station]
-            stations.going_on[station] = line != NONE and more
+            more = stations[station]["free"] > 0 or stations[station]["counts_orders"] > 0
+            going_on[station] = line != NONE and more
     return p.takes[: p.numbers[period.TAKES]], p.sends[: p.numbers[period.SENDS]]
 
 
@@ -179,7 +180,7 @@ def send(p: Period, pod: int, station: int) -> None:
             p.available[p.stock.sku[entry], before] -= p.stock.items[entry]
         p.available[p.stock.sku[entry], station] += p.stock.items[entry]
     p.pods.last[pod], p.pods.movable[pod] = station, False
-    p.stations.inbound[station] += 1
+    p.stations[station]["inbound"] += 1
 
 
 @njit(cache=True, interpreted=True)
@@ -192,11 +193,11 @@ def take(p: Period, at: int, station: int) -> None:
     p.numbers[period.TAKES] += 1
     p.numbers[period.AT_WORK] = 1
     places = quantity
-    if p.stations.counts_orders[station]:
+    if p.stations[station]["counts_orders"]:
         places = int(not p.placed[station, order])
         p.placed[station, order] = True
-    p.stations.room[station] -= places
-    p.stations.load[station] += places
+    p.stations[station]["free"] -= places
+    p.stations[station]["load"] += places
     p.items[at] = p.quantity[line] = 0
     p.available[sku, station] -= quantity
     age = p.now + p.weights.base_ticks - int(lines.arrival_s[order] * TICKS_PER_S + 0.5)

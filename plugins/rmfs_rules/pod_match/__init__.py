@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from attrs import define, validators
+from attrs import define
 
 from rmfs_core import OrderAssignment, hookimpl
 from rmfs_rules.helpers.pairs import PairOptions, Pairs
-from rmfs_rules.helpers.parameters import parameter
+from rmfs_rules.helpers.parameters import NOT_NEGATIVE, parameter
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Station, WarehouseView
@@ -41,7 +41,7 @@ class PodMatch(PairOptions):
 
     spread: float = parameter(
         0.0,
-        validators.ge(0),
+        NOT_NEGATIVE,
         "Items that an order has to match more at a station for each item that the station has yet to pick; 0: the "
         "paper's rule, under which one station may get most orders while others have little to do",
     )

@@ -10,8 +10,8 @@ from attrs import define, validators
 
 from rmfs_core import PodTrip, hookimpl
 from rmfs_rules.helpers.parameters import NOT_NEGATIVE, parameter
-from rmfs_rules.helpers.sending import may_send, send
-from rmfs_rules.scorers.scores import SCORES, VALUES, PodScores, Weights, load
+from rmfs_rules.helpers.sending import send
+from rmfs_rules.scorers.scores import SCORES, VALUES, PodScores, load
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import WarehouseView
@@ -32,9 +32,7 @@ class _Scoring:
     @hookimpl
     def select_pods(self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator) -> Sequence[PodTrip]:
         """Send the pods with the best scores to the stations that lack one."""
-        if not may_send(warehouse, max_fetches):
-            return []
-        pods = PodScores(warehouse, rng, Weights.of(self))
+        pods = PodScores(warehouse, rng, self)
         return send(warehouse, max_fetches, lambda _, station, able: pods.choose(self.scores, station, able))
 
     def prepare(self, travel: Travel) -> None:  # noqa: ARG002

@@ -7,10 +7,9 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from attrs import fields, frozen
 from numpy.typing import NDArray
 
 from rmfs_core.clock import TICKS_PER_S
@@ -28,38 +27,6 @@ VALUES = ("picks", "age", "lateness")
 """Worth of an item: 1, or its share of the seconds since its order arrived or was due."""
 
 
-@frozen
-class Weights:
-    """Weights of scores: the parameters of rules with these names."""
-
-    count_backlog: bool = False
-    value: str = "picks"
-    backlog_weight: float = 0.2
-    completion_boost: float = 1.0
-    time_cost_per_s: float = 1 / 3
-
-    @classmethod
-    def of(cls, rule: object) -> Weights:
-        """Return the weights of a rule, or their defaults."""
-        names = [field.name for field in fields(cls) if hasattr(rule, field.name)]
-        return cls(**{name: getattr(rule, name) for name in names})
-
-
-class Wanted(NamedTuple):
-    """Demand of some orders: their open lines, or the uncovered requests of a station.
-
-    Parameters
-    ----------
-    lines
-        Them as columns.
-    each
-        Worth of an item of each order, by row.
-    """
-
-    lines: Lines
-    each: Values
-
-
 class PodScores:
     """Scores of pods for stations in one decision, the higher the better; what is chosen changes those to come.
 
@@ -69,15 +36,15 @@ class PodScores:
         The warehouse now.
     rng
         Draws lots.
-    weights
-        Weights of the parts of a score.
+    rule
+        The rule, whose parameters are the weights of the parts of a score.
     """
 
-    def __init__(self, warehouse: WarehouseView, rng: np.random.Generator, weights: Weights) -> None:
-        self._warehouse, self._rng, self._weights = warehouse, rng, weights
+    def __init__(self, warehouse: WarehouseView, rng: np.random.Generator, rule: Any) -> None:
+        self._warehouse, self._rng, self._rule = warehouse, rng, rule
         self._stock, self._nothing = warehouse.stock, np.zeros(warehouse.n_skus, np.int64)
         self._requests: dict[int, list[tuple[Request, int]]] = {}  # of stations: those left, and of how many items
-        self._wanted: dict[int, Wanted] = {}
+        self._lines: dict[int, Lines] = {}  # of stations: what their uncovered requests want
 
     def choose(self, scores: Sequence[str], station: Station, pods: Ids) -> int:
         """Return the pod with the best first score, ties by the next one and at last by the lowest id; it is taken."""
@@ -98,27 +65,28 @@ class PodScores:
 
         And those of the backlog, if they count, that what is left on it completes one after another, oldest first.
         """
-        lines = self._here(station).lines
+        lines = self._here(station)
         number: Values = completed(lines, self._stock, pods, self._nothing, np.ones(len(lines.items)))
-        if self._weights.count_backlog:
-            others, before = self._backlog.lines, self._by_sku(lines)
+        if self._rule.count_backlog:
+            others, before = self._warehouse.lines, self._by_sku(lines)
             number += completed(others, self._stock, pods, before, np.ones(len(others.items)))
         return number
 
     def picks(self, station: Station, pods: Ids) -> Values:
         """Uncovered items of the station that the pod has."""
-        return worth(self._stock, pods, self._by_sku(self._here(station).lines)).astype(np.float64)
+        return worth(self._stock, pods, self._by_sku(self._here(station))).astype(np.float64)
 
     def work(self, station: Station, pods: Ids) -> Values:
         """Worth of the items that the pod serves, less the time that it drives."""
-        (lines, each), weights, stock = self._here(station), self._weights, self._stock
-        total = weights.time_cost_per_s * self.nearest(station, pods)
+        rule, stock, lines = self._rule, self._stock, self._here(station)
+        each = self._each(lines, range(len(lines.items)))
+        total: Values = rule.time_cost_per_s * self.nearest(station, pods)
         total += served(lines, stock, pods, self._nothing, each)
-        if weights.completion_boost:
-            total += weights.completion_boost * completed(lines, stock, pods, self._nothing, each * lines.items)
-        if weights.backlog_weight:
+        if rule.completion_boost:
+            total += rule.completion_boost * completed(lines, stock, pods, self._nothing, each * lines.items)
+        if rule.backlog_weight:
             before = self._by_sku(lines)
-            total += weights.backlog_weight * served(self._backlog.lines, stock, pods, before, self._backlog.each)
+            total += rule.backlog_weight * served(self._warehouse.lines, stock, pods, before, self._each_waiting)
         return total
 
     def demand(self, station: Station, pods: Ids) -> Values:  # noqa: ARG002
@@ -137,13 +105,14 @@ class PodScores:
     # What they are made of
 
     @cached_property
-    def _backlog(self) -> Wanted:
+    def _each_waiting(self) -> Values:
+        """Worth of an item of each order of the backlog, by row."""
         lines = self._warehouse.lines
-        return Wanted(lines, self._each(lines, lines.begun if self._warehouse.split_orders_open else ()))
+        return self._each(lines, lines.begun if self._warehouse.split_orders_open else ())
 
-    def _here(self, station: Station) -> Wanted:
+    def _here(self, station: Station) -> Lines:
         """Return what the uncovered requests of a station want, of orders in the order of their first requests."""
-        if station.id not in self._wanted:
+        if station.id not in self._lines:
             requests = self._uncovered(station)
             orders = [*{request.order.id: request.order for request, _ in requests}.values()]
             row, counted = {order.id: row for row, order in enumerate(orders)}, Counter[tuple[int, int]]()
@@ -172,8 +141,8 @@ class PodScores:
             )
             for column in lines:
                 column.setflags(write=False)  # as those of the backlog: one type for compiled code
-            self._wanted[station.id] = Wanted(lines, self._each(lines, range(len(orders))))
-        return self._wanted[station.id]
+            self._lines[station.id] = lines
+        return self._lines[station.id]
 
     def _uncovered(self, station: Station) -> list[tuple[Request, int]]:
         """Return the requests of a station that no chosen pod serves, and how many items of each."""
@@ -187,7 +156,7 @@ class PodScores:
 
     def _each(self, lines: Lines, begun: Iterable[int]) -> Values:
         """Return what an item of each order is worth, by row; some items of begun orders may be picked."""
-        value, unpicked = self._weights.value, np.maximum(lines.items, 1)
+        value, unpicked = self._rule.value, np.maximum(lines.items, 1)
         if value == "picks":
             return np.ones(len(unpicked))
         for row in begun:
@@ -207,7 +176,7 @@ class PodScores:
             if served < number:
                 still.append((request, number - served))
         self._requests[station.id] = still
-        self._wanted.pop(station.id, None)
+        self._lines.pop(station.id, None)
 
 
 def load() -> None:

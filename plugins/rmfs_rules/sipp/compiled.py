@@ -11,7 +11,7 @@ import numpy as np
 
 from rmfs_core.clock import UNREACHABLE
 from rmfs_core.jit import helper, njit
-from rmfs_rules.helpers.searching import Asked, Plain, crossed, far, free_for_good, gap_at, narrow
+from rmfs_rules.helpers.searching import Asked, Plain, far, free_for_good, gap_at
 from rmfs_rules.sipp.backwards import earliest
 from rmfs_rules.sipp.states import (
     AHEAD,
@@ -32,6 +32,7 @@ from rmfs_rules.sipp.states import (
     take,
     turned,
 )
+from rmfs_rules.sipp.windows import crossed, narrow
 from rmfs_traffic import FOREVER, Intervals, Tracks
 
 FAR = UNREACHABLE

@@ -9,6 +9,7 @@ from attrs import define, field
 
 from rmfs_core import Path, hookimpl
 from rmfs_rules.helpers.parameters import NOT_NEGATIVE, parameter
+from rmfs_rules.sipp.priorities import Search
 from rmfs_rules.sipp.rule import Sipp
 
 if TYPE_CHECKING:
@@ -51,6 +52,4 @@ class Pbs:
     @hookimpl
     def plan_paths(self, queries: Sequence[Query], traffic: FleetTraffic) -> dict[int, Path]:
         """Return the paths whose arrivals add up to least, of those found."""
-        from rmfs_rules.sipp.priorities import Search
-
         return Search(self._sipp, queries, traffic).best(self.most_nodes)

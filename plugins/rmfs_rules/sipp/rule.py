@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from itertools import starmap
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -10,6 +9,8 @@ from attrs import define, field
 
 from rmfs_core import Leg, Path, hookimpl
 from rmfs_rules.helpers.searching import Asked, search_once
+from rmfs_rules.sipp import compiled
+from rmfs_rules.sipp.states import memory_for
 from rmfs_traffic import timed_path
 
 if TYPE_CHECKING:
@@ -30,18 +31,9 @@ class _Memory:
         """Allocate arrays for a search of a table and return the search's number."""
         gaps = len(table.arrays.since)  # their numbers are below this
         if self.arrays is None or len(self.arrays[1]) < 4 * gaps:
-            from rmfs_rules.sipp.states import memory_for
-
             self.arrays, self.searches = tuple(memory_for(gaps)), 0
         self.searches += 3  # as many numbers as a search may take
         return self.searches
-
-
-@cache
-def _compiled() -> Any:
-    from rmfs_rules.sipp import compiled  # imported when needed, for it takes its time
-
-    return compiled
 
 
 @define
@@ -94,8 +86,7 @@ class Sipp:
         return None if legs is None else timed_path(roads, query, legs)
 
     def _legs(self, table: Reservations, query: Query, latest: int, tracks: Tracks) -> tuple[Leg, ...] | None:
-        memory = self._memory
-        number, compiled = memory.next(table), _compiled()
+        memory, number = self._memory, self._memory.next(table)
         rows: Any = compiled.search(
             Asked.by(query), latest, number, compiled.LITTLE, tuple(tracks), tuple(table.arrays), memory.arrays
         )

@@ -38,7 +38,7 @@ class Memory(NamedTuple):
     states, queue
         Rows of the states, and states to be expanded: shapes (states, `COLUMNS`) and (states,).
     low, high
-        Windows of departure, as `rmfs_rules.helpers.searching.narrow` has them: shape (4, windows).
+        Windows of departure, as `rmfs_rules.sipp.windows.narrow` has them: shape (4, windows).
     """
 
     states: Ints

@@ -10,15 +10,9 @@ import numpy as np
 from attrs import define, field
 
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_rules.helpers.pairs import (
-    Flags,
-    Floats,
-    Ints,
-    Pairs,
-    load,
-    places_kept,
-    pod_at,
-)
+from rmfs_core.jit import njit
+from rmfs_core.warehouse import Lines, columns_of
+from rmfs_rules.helpers.pairs import Flags, Floats, Ints, Pairs, load, places_kept, pod_at
 from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, parameter
 
 if TYPE_CHECKING:
@@ -26,6 +20,8 @@ if TYPE_CHECKING:
     from rmfs_core.world.travel import Travel
 
 NOWHERE = -1
+SHARE = 0.5
+"""Weight in a score of the share of an order's lines that are wanted: less than an item."""
 
 
 @define
@@ -64,6 +60,7 @@ class StationQueue:
     def prepare(self, travel: Travel) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
         load()
+        add_up(columns_of((), 1), np.zeros(1, np.int64), np.zeros(1, np.bool_), np.zeros(0))
 
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView) -> Sequence[OrderAssignment]:
@@ -92,13 +89,19 @@ class StationQueue:
 
     def _fill(self, warehouse: WarehouseView, available: Ints, large: Ints) -> None:
         """Let orders join queues, the best pair of order and station first."""
-        wanted = np.zeros_like(available)
-        for station in warehouse.stations:
-            wanted[station.id, [request.sku for request in station.open_requests]] = 1
+        lines, number = warehouse.lines, len(warehouse.lines.items)
         length = Counter(self.queue_of.values())
         told = [length[station.id] for station in warehouse.stations]
         free = [self.queue_length - length[station.id] if station.open else 0 for station in warehouse.stations]
-        queues = Pairs(warehouse, available, shares=wanted, rank=warehouse.lines.due_s, queues=(free, told))
+        scores = np.full((len(free), number), -1.0)
+        for station in (station for station in warehouse.stations if free[station.id] > 0):
+            wanted = np.zeros(warehouse.n_skus, np.bool_)
+            wanted[[request.sku for request in station.open_requests]] = True
+            here = np.zeros(number)
+            add_up(lines, available[station.id], wanted, here)
+            fits = station.counts_orders | (lines.items <= station.capacity)
+            scores[station.id] = np.where(fits, here, -1.0)
+        queues = Pairs(warehouse, scores=scores, rank=lines.due_s, queues=(free, told))
         queues.taken[self._queueing(warehouse)] = queues.taken[large] = True
         self.queue_of |= {joined.order: joined.station for joined in queues.assign()}
 
@@ -128,3 +131,17 @@ class StationQueue:
 
         scores = np.stack([score(station) for station in candidates.stations])
         return Pairs(candidates, scores=scores, fast_lane=self.fast_lane).assign()
+
+
+@njit(cache=True, interpreted=True)
+def add_up(lines: Lines, available: Ints, wanted: Flags, scores: Floats) -> None:
+    """Add to the scores of orders, 0 before: `SHARE` of the lines that are wanted, and the items that are available."""
+    for sku in range(len(wanted)):
+        for at in range(lines.first[sku], lines.first[sku] + lines.number[sku] * wanted[sku]):
+            scores[lines.listed_order[at]] += 1
+    for row in range(len(scores)):
+        if scores[row] > 0:
+            scores[row] = SHARE * (scores[row] / lines.open_lines[row])
+    for sku in range(len(available)):
+        for at in range(lines.first[sku], lines.first[sku] + lines.number[sku] * (available[sku] > 0)):
+            scores[lines.listed_order[at]] += min(lines.listed_items[at], available[sku])

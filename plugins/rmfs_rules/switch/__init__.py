@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from attrs import Factory, define, field, frozen, validators
+from attrs import NOTHING, Factory, define, field, frozen, validators
 
 from rmfs_core import InputError, OrderAssignment, PodTrip, TaskAssignment, hookimpl
 from rmfs_core.rules.hooks import (
@@ -23,6 +23,7 @@ from rmfs_core.rules.parts import made_in, parts_now
 from rmfs_core.rules.sources import RuleSources
 from rmfs_core.rules.traits import RuleTraits
 from rmfs_core.scenario.rulenames import is_inline
+from rmfs_rules.helpers.parameters import AT_LEAST_1, POSITIVE, parameter
 
 if TYPE_CHECKING:
     import pluggy
@@ -50,8 +51,8 @@ class Case:
 
     rule: str
     parameters: Mapping[str, Any] = Factory(dict)
-    before_s: float | None = field(default=None, validator=validators.optional(validators.gt(0)))
-    backlog_below: int | None = field(default=None, validator=validators.optional(validators.ge(1)))
+    before_s: float | None = field(default=None, validator=validators.optional(POSITIVE))
+    backlog_below: int | None = field(default=None, validator=validators.optional(AT_LEAST_1))
 
     def holds(self, warehouse: WarehouseView) -> bool:
         """Whether the rule is to decide now."""
@@ -130,8 +131,8 @@ class Switch:
     Logistics Research 11, 8, 2018. https://doi.org/10.23773/2018_8 (method management)
     """
 
-    cases: tuple[Case, ...] = field(
-        validator=_last_always, metadata={"doc": "The rules and when each decides; the first that holds counts"}
+    cases: tuple[Case, ...] = parameter(
+        NOTHING, _last_always, "The rules and when each decides; the first that holds counts"
     )
     _asked: list[_Asked] = field(init=False, repr=False, eq=False)
     _folder: str = field(init=False, repr=False, eq=False)  # where files that the rules' parameters name are

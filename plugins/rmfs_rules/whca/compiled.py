@@ -12,10 +12,13 @@ from __future__ import annotations
 from heapq import heappop, heappush
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rmfs_core.jit import helper, njit
-from rmfs_rules.helpers.searching import Asked, Ints, Plain, far, free_for_good, gap_at
+from rmfs_rules.helpers.searching import Asked, Plain, far, free_for_good, gap_at
 from rmfs_traffic import FOREVER, Intervals, Tracks
+
+Ints = NDArray[np.int64]
 
 CELL, HEADING, TIME, GAP_END, PARENT, GAP = range(6)
 

@@ -3,36 +3,19 @@
 from __future__ import annotations
 
 import math
-from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from attrs import define
+from attrs import define, validators
 
 from rmfs_core import Path, hookimpl
 from rmfs_core.clock import to_ticks
-from rmfs_rules.helpers.parameters import AT_LEAST_1, parameter
+from rmfs_rules.helpers.parameters import AT_LEAST_1, FINITE, POSITIVE, parameter
 from rmfs_rules.helpers.searching import Asked, search_once
+from rmfs_rules.whca import compiled
 from rmfs_traffic import FOREVER, timed_path
 
 if TYPE_CHECKING:
     from rmfs_traffic import Query, Reservations, Roads, TimedPath, Traffic
-
-
-def _positive(_instance: object, _attribute: Any, value: float) -> None:
-    if not value > 0:
-        raise ValueError(f"expected a number > 0, found {value}")
-
-
-def _at_least_a_tick(_instance: object, _attribute: Any, value: float) -> None:
-    if not 0.001 <= value < math.inf:
-        raise ValueError(f"expected a number >= 0.001, found {value}")
-
-
-@cache
-def _compiled() -> Any:
-    from rmfs_rules.whca import compiled  # imported when needed, for it takes its time
-
-    return compiled
 
 
 @define
@@ -54,9 +37,9 @@ class WhcaN:
     reserves: ClassVar[str] = "windows"
 
     window_s: float = parameter(
-        20.0, _positive, "Simulated time that a path is planned ahead; inf plans to the goal", "s", infinite=True
+        20.0, POSITIVE, "Simulated time that a path is planned ahead; inf plans to the goal", "s", infinite=True
     )
-    wait_s: float = parameter(2.0, _at_least_a_tick, "Simulated time of a wait", "s")
+    wait_s: float = parameter(2.0, [validators.ge(0.001), FINITE], "Simulated time of a wait", "s")
     max_nodes: int = parameter(100_000, AT_LEAST_1, "Nodes after which a search gives up, as if there were no path")
 
     def prepare(self, roads: Roads) -> None:
@@ -78,4 +61,4 @@ class WhcaN:
         """End and wait of each leg, as an array; None when there is no path."""
         end = FOREVER if self.window_s == math.inf else query.start_tick + to_ticks(self.window_s)
         tracks, intervals = tuple(roads.tracks(query.goal, query.loaded)), tuple(table.arrays)
-        return _compiled().search(Asked.by(query), end, to_ticks(self.wait_s), self.max_nodes, tracks, intervals)
+        return compiled.search(Asked.by(query), end, to_ticks(self.wait_s), self.max_nodes, tracks, intervals)

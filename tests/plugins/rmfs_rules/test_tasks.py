@@ -13,8 +13,7 @@ from rmfs_commands.testing import check_rule, small_world
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_rules.activation import BacklogThreshold
 from rmfs_rules.assignment import Assignment
-from rmfs_rules.balanced import Balanced
-from rmfs_rules.balanced.sharing import share_out
+from rmfs_rules.balanced import Balanced, share_out
 from rmfs_rules.idle import ChargeWhenLow
 from rmfs_rules.nearest_robot import NearestRobot
 
@@ -78,9 +77,9 @@ def test_shares_are_kept_for_a_while() -> None:
 @cases(
     "rule wrong problem",
     (Assignment, {"defer_s": -1}, "'defer_s' must be >= 0"),
-    *((Balanced, {"reallocation_s": value}, "expected a number >= 0, found") for value in (-1.0, math.inf, math.nan)),
+    *((Balanced, {"reallocation_s": value}, "must be (>= 0|< inf)") for value in (-1.0, math.inf, math.nan)),
     (ChargeWhenLow, {"low": 0.5, "full": 0.5}, "expected low below full"),
-    (ChargeWhenLow, {"low": 0.1, "full": 1.5}, "at most 1"),
+    (ChargeWhenLow, {"low": 0.1, "full": 1.5}, "'full' must be <= 1"),
     (ChargeWhenLow, {"low": -0.1, "full": 0.5}, "low"),
 )
 def test_wrong_parameters_are_refused(rule: type[Any], wrong: dict[str, float], problem: str) -> None:

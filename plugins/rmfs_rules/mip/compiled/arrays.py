@@ -96,7 +96,7 @@ def arrays_of(reduced: Reduced, splits: int | None = None, *, sharp: bool = Fals
     useful = np.array([reduced.wanted(s) & lacking[s] for s in range(len(reduced.capacities))])
     somewhere: NDArray[np.bool_] = np.asarray(useful.any(axis=0))
     pods = reduced.classes(somewhere, period.preferred.pods)
-    pod, sku = _brought(reduced, pods, somewhere)
+    pod, sku, items = _brought(reduced, pods, somewhere)
     by_sku = np.argsort(sku, kind="stable")
     kept = reduced.candidates
     order = period.line_order[kept]
@@ -114,7 +114,7 @@ def arrays_of(reduced: Reduced, splits: int | None = None, *, sharp: bool = Fals
         items=np.diff(np.append(0, np.cumsum(line_items))[start]),
         pod_start=np.searchsorted(pod, np.arange(len(pods) + 1)).astype(np.int64),
         pod_sku=sku.astype(np.int64),
-        pod_items=_items(reduced, np.array(pods, dtype=np.int64)[pod], sku),
+        pod_items=items,
         sku_start=np.searchsorted(sku[by_sku], np.arange(n_skus + 1)).astype(np.int64),
         sku_pod=pod[by_sku].astype(np.int64),
         useful=_useful(useful, pod, sku, len(pods)) & ~_there(reduced, pods),
@@ -150,13 +150,14 @@ def price_of(reduced: Reduced, pods: int, number: int) -> float:
     return max(many, 1.0) * max(len(reduced.orders) / USUAL_ORDERS, 1.0)
 
 
-def _brought(reduced: Reduced, pods: list[int], wanted: NDArray[np.bool_]) -> tuple[Integers, Integers]:
-    """Return what the pods (from 0 on) bring of the SKUs that are wanted, sorted by pod and SKU."""
-    number = np.full(len(reduced.period.stock.pods), -1)
-    number[pods] = np.arange(len(pods))
-    pod, sku = reduced.period.stock.entries
-    kept = wanted[sku] & (number[pod] >= 0)
-    return number[pod[kept]], sku[kept]
+def _brought(reduced: Reduced, pods: list[int], wanted: NDArray[np.bool_]) -> tuple[Integers, Integers, Integers]:
+    """Return what the pods (from 0 on) bring of the SKUs that are wanted, sorted by these, and items of scarce ones."""
+    stock = reduced.period.stock
+    place = np.full(len(stock.pods), -1)
+    place[pods] = np.arange(len(pods))
+    kept = wanted[stock.sku] & (place[stock.pod] >= 0)
+    pod, sku, number = place[stock.pod[kept]], stock.sku[kept], np.full(np.count_nonzero(kept), ENOUGH)
+    return pod, sku, number if stock.number is None else np.where(reduced.is_scarce[sku], stock.number[kept], number)
 
 
 def _useful(useful: NDArray[np.bool_], pod: Integers, sku: Integers, pods: int) -> Integers:
@@ -164,20 +165,14 @@ def _useful(useful: NDArray[np.bool_], pod: Integers, sku: Integers, pods: int) 
     return masks_of(np.array([np.bincount(pod, weights=at[sku], minlength=pods) > 0 for at in useful]))
 
 
-def _items(reduced: Reduced, pod: Integers, sku: Integers) -> Integers:
-    """Return how many items of SKUs pods have, where these are scarce."""
-    numbers = np.full(len(sku), ENOUGH)
-    for at in np.flatnonzero(reduced.is_scarce[sku]).tolist() if len(reduced.scarce) else ():
-        numbers[at] = reduced.items_on(int(pod[at])).get(int(sku[at]), 0)
-    return numbers
-
-
 def _items_at_hand(reduced: Reduced) -> Integers:
-    numbers = np.where(reduced.period.covered.any(axis=0), ENOUGH, 0)
-    for sku in reduced.scarce.tolist():
-        numbers[sku] = sum(
-            reduced.items_on(pod).get(sku, 0) for pod in {p for at in reduced.period.inbound for p in at}
-        )
+    """Return how many items of each SKU the pods at stations have."""
+    period, stock = reduced.period, reduced.period.stock
+    numbers = np.where(period.covered.any(axis=0), ENOUGH, 0)
+    if stock.number is not None:
+        there = np.isin(stock.pod, [pod for at in period.inbound for pod in at])
+        scarce = np.bincount(stock.sku[there], stock.number[there], stock.n_skus).astype(np.int64)
+        numbers = np.where(reduced.is_scarce, scarce, numbers)
     return numbers
 
 

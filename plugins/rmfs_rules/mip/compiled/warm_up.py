@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from rmfs_rules.mip.compiled import exchanging, pod_sets, spreading
@@ -16,19 +14,9 @@ MOST_WORK = 1000
 """More steps than the searches take here."""
 
 
-def searches() -> tuple[Any, ...]:
-    """Return the compiled functions that Python calls."""
-    return (
-        spreading.sets_that_fill,
-        spreading.next_that_fills,
-        pod_sets.best_sets,
-        exchanging.exchanged,
-    )
-
-
 def load() -> None:
     """Load the searches, or compile them: two stations, two pods and two orders of one line are searched."""
-    stock = Stock((0, 1), ((0,), (1,)), 2)
+    stock = Stock.holding([[0], [1]], 2)
     lines = np.arange(2)
     period = Period(stock, (0, 1), (1, 1), ((), ()), (0, 1), lines, lines, (1, 1))
     arrays, _ = arrays_of(Reduced(period, Model.INTEGRATED))

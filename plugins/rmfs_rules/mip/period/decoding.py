@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rmfs_rules.mip.period.period import Line
 from rmfs_rules.mip.period.placing import Slots
 from rmfs_rules.mip.period.reduction import Reduced, masks_of
-from rmfs_rules.mip.period.solution import Model, Part, Visits
+from rmfs_rules.mip.period.solution import Model, Part, Visits, parts_from
 
 _Wanted = list[tuple[int, Line]]
 """Lines to place, each with the position of its order."""
@@ -81,11 +81,7 @@ def parts_of(reduced: Reduced, counts: Counts) -> tuple[Part, ...]:
         covered = period.covered_with(counts.visits)
         by_flow = period.single_items and not len(reduced.scarce)
         placed += _placed(covered, rooms, wanted) if by_flow else _counted(counts, wanted)
-    grouped: dict[tuple[int, int], list[int]] = {}
-    for order, station, sku in placed:
-        grouped.setdefault((order, station), []).append(sku)
-    parts += [Part(order, station, tuple(skus)) for (order, station), skus in grouped.items()]
-    return tuple(parts)
+    return (*parts, *parts_from(placed))
 
 
 def _freely_split(reduced: Reduced, counts: Counts, begun: bool) -> bool:
@@ -97,8 +93,8 @@ def _freely_split(reduced: Reduced, counts: Counts, begun: bool) -> bool:
 
 def _placed(covered: NDArray[np.bool_], rooms: list[int], wanted: _Wanted) -> list[tuple[int, int, int]]:
     """Place single items by augmenting paths; a line that finds no slot stays in the backlog."""
-    slots = Slots(rooms)
     mask = masks_of(covered).tolist()
+    slots = Slots.covered(rooms, mask)
     lines = [(order, sku) for order, (sku, _) in wanted if mask[sku] and slots.add(mask[sku])]
     return [(order, slots.take(mask[sku], ()), sku) for order, sku in lines]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,7 @@ from attrs import define, evolve, field, frozen
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from rmfs_core.warehouse import Order, Pod, Station, WarehouseView
+    from rmfs_core.warehouse import Order, Station, WarehouseView
 
 Line = tuple[int, int]
 """SKU id and number of items."""
@@ -22,79 +22,57 @@ def _integers(values: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
     return np.asarray(values, dtype=np.int64)
 
 
-@frozen(eq=False)
-class Items:
-    """Free items f_ip, as arrays of equal length sorted by pod and SKU.
-
-    Parameters
-    ----------
-    pod, sku
-        Position of the pod, and SKU id.
-    number
-        Items of the SKU on the pod that are promised to no request, at least one.
-    """
-
-    pod: NDArray[np.int64] = field(converter=_integers)
-    sku: NDArray[np.int64] = field(converter=_integers)
-    number: NDArray[np.int64] = field(converter=_integers)
-
-    def on(self, pod: int) -> dict[int, int]:
-        """Return the free items of each SKU on a pod."""
-        first, last = np.searchsorted(self.pod, (pod, pod + 1))
-        return dict(zip(self.sku[first:last].tolist(), self.number[first:last].tolist(), strict=True))
-
-
 @frozen(eq=False, slots=False)
 class Stock:
-    """Contents of the pods.
+    """Contents of the pods, as entries sorted by pod and SKU: what a pod has a free item of.
 
     Parameters
     ----------
     pods
-        Pod ids.
-    contents
-        Their SKU ids, ascending: those of which a pod has a free item.
+        Pod ids: 0, 1, ...
     n_skus
         Number of SKUs.
-    items
-        f_ip; None where stock is unlimited, so that a pod with a SKU has enough of it.
+    pod, sku
+        Pod and SKU id of each entry.
+    number
+        f_ip: items of it that are promised to no request. None where stock is unlimited, so that a pod with a SKU has
+        enough of it.
     """
 
-    pods: tuple[int, ...]
-    contents: tuple[tuple[int, ...], ...]
+    pods: range
     n_skus: int
-    items: Items | None = None
-
-    @cached_property
-    def entries(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Position of the pod and SKU id of everything that is on a pod, sorted by these."""
-        if self.items is not None:
-            return self.items.pod, self.items.sku
-        pod = np.repeat(np.arange(len(self.contents)), [len(skus) for skus in self.contents])
-        return pod, np.array([sku for skus in self.contents for sku in skus], dtype=np.int64)
+    pod: NDArray[np.int64] = field(converter=_integers)
+    sku: NDArray[np.int64] = field(converter=_integers)
+    number: NDArray[np.int64] | None = None
 
     @cached_property
     def starts(self) -> NDArray[np.int64]:
         """Where the entries of each pod begin, and where the last ones end. Shape (pods + 1,)."""
-        return np.searchsorted(self.entries[0], np.arange(len(self.pods) + 1)).astype(np.int64, copy=False)
+        return np.searchsorted(self.pod, np.arange(len(self.pods) + 1)).astype(np.int64, copy=False)
 
     @cached_property
     def stocked(self) -> NDArray[np.bool_]:
         """SKUs that are on some pod. Shape (n_skus,)."""
         stocked = np.zeros(self.n_skus, dtype=np.bool_)
-        stocked[self.entries[1]] = True
+        stocked[self.sku] = True
         return stocked
 
     @cached_property
     def holds(self) -> NDArray[np.float64]:
         """1 where a pod has a free item of a SKU, shape (pods, SKUs); for warehouses where that is not too large."""
         holds = np.zeros((len(self.pods), self.n_skus))
-        holds[self.entries] = 1.0
+        holds[self.pod, self.sku] = 1.0
         return holds
+
+    def items_on(self, pod: int) -> dict[int, int]:
+        """Return the free items of each SKU on a pod, where stock is finite."""
+        assert self.number is not None
+        entries = slice(*self.starts[pod : pod + 2].tolist())
+        return dict(zip(self.sku[entries].tolist(), self.number[entries].tolist(), strict=True))
 
     def skus_of(self, pod: int) -> NDArray[np.int64]:
         """Return the SKU ids on a pod."""
-        return self.entries[1][self.starts[pod] : self.starts[pod + 1]]
+        return self.sku[self.starts[pod] : self.starts[pod + 1]]
 
     def on(self, pods: Sequence[int]) -> NDArray[np.bool_]:
         """Return the SKUs that are on some of these pods. Shape (n_skus,)."""
@@ -105,43 +83,29 @@ class Stock:
 
     def sums(self, values: NDArray[Any]) -> NDArray[np.float64]:
         """Return for each pod the sum of the values of its SKUs, which are whole numbers. Shape (pods,)."""
-        pod, sku = self.entries
-        sums = np.bincount(pod, weights=values[sku], minlength=len(self.pods))
+        sums = np.bincount(self.pod, weights=values[self.sku], minlength=len(self.pods))
         return sums.astype(np.float64, copy=False)
 
     @classmethod
-    def of(cls, pods: Sequence[Pod], n_skus: int) -> Stock:
-        """Read the contents of pods that never run out."""
-        return cls(tuple(pod.id for pod in pods), tuple(tuple(sorted(pod.contents)) for pod in pods), n_skus)
+    def of(cls, warehouse: WarehouseView) -> Stock:
+        """Read what the pods of a warehouse have now."""
+        stock = warehouse.stock
+        some = stock.items > 0
+        number = None if warehouse.unlimited_stock else stock.items[some]
+        return cls(range(len(stock.at)), warehouse.n_skus, stock.pod[some], stock.sku[some], number)
 
     @classmethod
-    def counted(cls, items: Sequence[Mapping[int, int]], n_skus: int) -> Stock:
-        """Return pods 0, 1, ... with so many items of each SKU."""
-        some = [(pod, sku, number) for pod, held in enumerate(items) for sku, number in sorted(held.items()) if number]
-        contents = tuple(tuple(sorted(sku for sku, number in held.items() if number)) for held in items)
-        table = np.array(some, dtype=np.int64).reshape(-1, 3)
-        return cls(tuple(range(len(items))), contents, n_skus, Items(*table.T))
+    def holding(cls, pods: Sequence[Iterable[int] | Mapping[int, int]], n_skus: int) -> Stock:
+        """Return pods 0, 1, ... with unlimited items of some SKUs each, or with so many of each."""
+        pod, sku = np.array([(p, i) for p, held in enumerate(pods) for i in sorted(held)], np.int64).reshape(-1, 2).T
+        number = [held[i] for held in pods if isinstance(held, Mapping) for i in sorted(held)]
+        stock = cls(range(len(pods)), n_skus, pod, sku)
+        return stock.with_items(_integers(number)) if any(isinstance(held, Mapping) for held in pods) else stock
 
-    def with_items(self, pod: NDArray[np.int64], sku: NDArray[np.int64], number: NDArray[np.int64]) -> Stock:
-        """Return the same pods with other numbers of items; only what ran out or came back is read anew.
-
-        Parameters
-        ----------
-        pod, sku
-            Position of the pod, and SKU id, sorted by pod and SKU.
-        number
-            Free items, also none.
-        """
+    def with_items(self, number: NDArray[np.int64]) -> Stock:
+        """Return the same with other numbers of items of each entry, also none."""
         some = number > 0
-        items = Items(pod[some], sku[some], number[some])
-        before, now = (pod * self.n_skus + sku for pod, sku in (self.entries, (items.pod, items.sku)))
-        if np.array_equal(before, now):
-            return evolve(self, items=items)
-        contents = list(self.contents)
-        for at in np.unique(np.setxor1d(before, now, assume_unique=True) // self.n_skus).tolist():
-            first, last = np.searchsorted(items.pod, (at, at + 1))
-            contents[at] = tuple(items.sku[first:last].tolist())
-        return evolve(self, contents=tuple(contents), items=items)
+        return evolve(self, pod=self.pod[some], sku=self.sku[some], number=number[some])
 
 
 @frozen(eq=False)
@@ -224,19 +188,18 @@ class Period:
         """
         free = [station for station in warehouse.stations if station.free_capacity > 0 and station is not without]
         backlog, lines = warehouse.backlog, warehouse.backlog_lines
-        position = range(len(stock.pods)) if stock.pods == tuple(range(len(stock.pods))) else _positions(stock.pods)
         counting = [(at, station) for at, station in enumerate(free) if station.counts_orders]
         begun = [(position, order) for position, order in enumerate(backlog) if order.parts] if counting else ()
         return cls(
             stock=stock,
             stations=tuple(station.id for station in free),
             capacities=tuple(station.free_capacity for station in free),
-            inbound=tuple(tuple(sorted(position[pod.id] for pod in station.inbound_pods)) for station in free),
+            inbound=tuple(tuple(sorted(pod.id for pod in station.inbound_pods)) for station in free),
             orders=tuple([order.id for order in backlog]),
             line_order=lines.order,
             line_sku=lines.sku,
             line_quantity=lines.quantity,
-            busy=tuple(sorted({position[pod.id] for station in warehouse.stations for pod in station.inbound_pods})),
+            busy=tuple(sorted({pod.id for station in warehouse.stations for pod in station.inbound_pods})),
             begun=tuple(bool(order.stations) for order in backlog) if packing else (),
             split_open=warehouse.split_orders_open if packing else 0,
             counting_orders=frozenset(at for at, _ in counting),
@@ -252,12 +215,12 @@ class Period:
             stock=stock,
             stations=(station.id,),
             capacities=(order.open_items,),
-            inbound=(tuple(sorted(stock.pods.index(pod.id) for pod in station.inbound_pods)),),
+            inbound=(tuple(sorted(pod.id for pod in station.inbound_pods)),),
             orders=(order.id,),
             line_order=[0] * len(order.open_lines),
             line_sku=[line.sku for line in order.open_lines],
             line_quantity=[line.quantity for line in order.open_lines],
-            busy=tuple(sorted({stock.pods.index(pod.id) for at in warehouse.stations for pod in at.inbound_pods})),
+            busy=tuple(sorted({pod.id for at in warehouse.stations for pod in at.inbound_pods})),
         )
 
     @cached_property
@@ -293,16 +256,10 @@ class Period:
     @cached_property
     def supply(self) -> NDArray[np.float64]:
         """Free items of each SKU on all pods together, infinite where stock is unlimited. Shape (n_skus,)."""
-        items = self.stock.items
-        if items is None:
-            return np.where(self.stocked, np.inf, 0.0)
-        supply = np.bincount(items.sku, weights=items.number, minlength=self.stock.n_skus)
+        if self.stock.number is None:
+            return np.where(self.stock.stocked, np.inf, 0.0)
+        supply = np.bincount(self.stock.sku, weights=self.stock.number, minlength=self.stock.n_skus)
         return supply.astype(np.float64, copy=False)
-
-    @property
-    def stocked(self) -> NDArray[np.bool_]:
-        """SKUs that are on some pod. Shape (n_skus,)."""
-        return self.stock.stocked
 
     @cached_property
     def single_items(self) -> bool:
@@ -355,7 +312,3 @@ class Period:
     def begun_before(self, order: int) -> bool:
         """Whether parts of an order (position) were assigned in earlier periods."""
         return bool(self.begun) and self.begun[order]
-
-
-def _positions(ids: Sequence[int]) -> dict[int, int]:
-    return {identifier: position for position, identifier in enumerate(ids)}

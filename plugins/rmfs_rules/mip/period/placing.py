@@ -1,71 +1,119 @@
-"""Placing lines at stations one by one, moving earlier ones where that frees a slot (augmenting paths).
+"""Placing lines of one item at stations one by one, moving earlier ones where that helps (augmenting paths).
 
-Which lines can be placed at the same time is a transversal matroid: taking every line that still finds a slot, oldest
+Which lines can be placed at the same time is a gammoid: taking every line that still finds a slot and an item, oldest
 first, ends with as many items as any choice, and among those with the oldest.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+
+from rmfs_rules.mip.period.period import Period
+from rmfs_rules.mip.period.serving import stations_of
+from rmfs_rules.mip.period.solution import Visits
+
+ENDLESS = 1 << 40
+"""More items than any period takes."""
+
+_Node = tuple[str, int, int]
 
 
 class Slots:
-    """Free slots of stations and how many lines of each kind stand where.
+    """Free slots of stations, items of sources, and which lines were placed where, from which source.
 
-    A kind is the bit mask of the stations that cover it; lines of one kind are interchangeable.
+    Lines of a kind are interchangeable. Each kind has some sources of its items, and each source is at some stations.
 
     Parameters
     ----------
     capacities
         Free slots of each station.
+    items
+        By kind the number of items at each of its sources.
+    at
+        The stations of each source.
     """
 
-    def __init__(self, capacities: Sequence[int]) -> None:
-        self.free = list(capacities)
-        self.at: list[dict[int, int]] = [{} for _ in capacities]
+    def __init__(
+        self, capacities: Sequence[int], items: dict[int, dict[int, int]], at: Mapping[int, Sequence[int]]
+    ) -> None:
+        self.free, self._left, self._at = list(capacities), items, at
+        self._taken: list[dict[tuple[int, int], int]] = [{} for _ in self.free]  # station: (kind, source) -> items
 
-    def add(self, mask: int) -> bool:
-        """Find a slot for a line of a kind, a bit mask; return whether there was one."""
-        start = [s for s in range(len(self.free)) if mask >> s & 1]
-        came: dict[int, tuple[int, int]] = dict.fromkeys(start, (-1, mask))  # station before, and kind moved in
-        queue = deque(start)
+    @classmethod
+    def covered(cls, capacities: Sequence[int], masks: Iterable[int]) -> Slots:
+        """Return slots for kinds that are the bit masks of the stations that cover them: each is its own source."""
+        kinds, stations = {*masks}, range(len(capacities))
+        at = {mask: [station for station in stations if mask >> station & 1] for mask in kinds}
+        return cls(capacities, {mask: {mask: ENDLESS} for mask in kinds}, at)
+
+    @classmethod
+    def from_stock(cls, period: Period, visits: Visits) -> Slots:
+        """Return the slots of a period with new visits; kinds are SKUs, and sources the pods that have them."""
+        at, items = stations_of(period, visits), dict[int, dict[int, int]]()
+        for pod in sorted(at):
+            for sku, number in period.stock.items_on(pod).items():
+                items.setdefault(sku, {})[pod] = number
+        return cls(period.capacities, items, at)
+
+    def add(self, kind: int) -> bool:
+        """Find a slot and an item for a line of a kind, moving others where that helps; return whether there is one."""
+        start: _Node = ("kind", kind, -1)
+        came: dict[_Node, _Node] = {start: start}
+        queue = deque([start])
         while queue:
-            station = queue.popleft()
-            if self.free[station] > 0:
-                self._shift(station, came)
+            node = queue.popleft()
+            if node[0] == "station" and self.free[node[1]] > 0:
+                self.free[node[1]] -= 1
+                while node != start:
+                    self._shift(came[node], node)
+                    node = came[node]
                 return True
-            for kind, number in self.at[station].items():
-                if number:
-                    for other in range(len(self.free)):
-                        if kind >> other & 1 and other not in came:
-                            came[other] = (station, kind)
-                            queue.append(other)
+            for following in self._after(node):
+                if following not in came:
+                    came[following] = node
+                    queue.append(following)
         return False
 
-    def add_all(self, masks: Sequence[int]) -> bool:
+    def _after(self, node: _Node) -> Iterable[_Node]:
+        """Return where flow can go on from a kind, a kind at a source, or a station."""
+        what, number, source = node
+        if what == "kind":
+            return [("source", number, other) for other, left in self._left.get(number, {}).items() if left > 0]
+        if what == "station":
+            return [("source", kind, other) for (kind, other), items in self._taken[number].items() if items]
+        taken: list[_Node] = [("station", station, -1) for station in self._at[source]]
+        if any(self._taken[station].get((number, source)) for station in self._at[source]):
+            taken.append(("kind", number, -1))
+        return taken
+
+    def _shift(self, before: _Node, node: _Node) -> None:
+        """Let one item more flow between two nodes, or one less back."""
+        if before[0] == "kind":
+            self._left[node[1]][node[2]] -= 1
+        elif node[0] == "kind":
+            self._left[before[1]][before[2]] += 1
+        elif node[0] == "station":
+            taken, key = self._taken[node[1]], before[1:]
+            taken[key] = taken.get(key, 0) + 1
+        else:
+            self._taken[before[1]][node[1:]] -= 1
+
+    def add_all(self, kinds: Sequence[int]) -> bool:
         """Find slots for all lines of an order, by their kinds, or change nothing; return whether there were."""
-        before = self.free[:], [dict(kinds) for kinds in self.at]
-        if all(self.add(mask) for mask in masks):
+        free, left = self.free[:], {kind: dict(sources) for kind, sources in self._left.items()}
+        taken = [dict(items) for items in self._taken]
+        if all(self.add(kind) for kind in kinds):
             return True
-        self.free, self.at = before
+        self.free, self._left, self._taken = free, left, taken
         return False
 
-    def _shift(self, station: int, came: dict[int, tuple[int, int]]) -> None:
-        self.free[station] -= 1
-        while station >= 0:
-            before, kind = came[station]
-            self.at[station][kind] = self.at[station].get(kind, 0) + 1
-            if before >= 0:
-                self.at[before][kind] -= 1
-            station = before
-
-    def take(self, mask: int, preferred: Sequence[int]) -> int:
+    def take(self, kind: int, preferred: Sequence[int]) -> int:
         """Take a placed line of a kind out and return its station.
 
         Parameters
         ----------
-        mask
+        kind
             The kind.
         preferred
             Stations that go first, where lines of the kind stand there.
@@ -75,9 +123,9 @@ class Slots:
         ValueError
             When no line of the kind is left.
         """
-        stations: tuple[int, ...] = (*preferred, *range(len(self.free)))
-        for station in stations:
-            if self.at[station].get(mask, 0) > 0:
-                self.at[station][mask] -= 1
-                return station
+        for station in (*preferred, *range(len(self.free))):
+            for (held, source), items in self._taken[station].items():
+                if held == kind and items:
+                    self._taken[station][held, source] -= 1
+                    return int(station)
         raise ValueError("no line of this kind was placed")

@@ -89,8 +89,8 @@ class Reduced:
     def _obtainable(self) -> NDArray[np.bool_]:
         """Lines of which all pods together have enough. Shape (lines,)."""
         period = self.period
-        if period.stock.items is None:
-            return period.stocked[period.line_sku]
+        if period.stock.number is None:
+            return period.stock.stocked[period.line_sku]
         return period.supply[period.line_sku] >= period.line_quantity
 
     @cached_property
@@ -120,11 +120,11 @@ class Reduced:
     @cached_property
     def scarce(self) -> NDArray[np.int64]:
         """SKUs of which some pod has fewer free items than the period could take from it, ascending."""
-        items = self.period.stock.items
-        if items is None:
+        stock = self.period.stock
+        if stock.number is None:
             return np.zeros(0, dtype=np.int64)
         most = np.minimum(self.demand, sum(self.rooms))
-        return np.unique(items.sku[items.number < most[items.sku]])
+        return np.unique(stock.sku[stock.number < most[stock.sku]])
 
     @cached_property
     def is_scarce(self) -> NDArray[np.bool_]:
@@ -132,18 +132,6 @@ class Reduced:
         scarce = np.zeros(self.period.stock.n_skus, dtype=np.bool_)
         scarce[self.scarce] = True
         return scarce
-
-    def items_on(self, pod: int) -> dict[int, int]:
-        """Return the free items of each SKU on a pod (position), where stock is finite."""
-        if pod not in self._items_on:
-            items = self.period.stock.items
-            assert items is not None
-            self._items_on[pod] = items.on(pod)
-        return self._items_on[pod]
-
-    @cached_property
-    def _items_on(self) -> dict[int, dict[int, int]]:
-        return {}
 
     @cached_property
     def deliverable(self) -> int:
@@ -238,7 +226,7 @@ class Reduced:
         value
             Further worth of a pod; a pod is dominated only by one that is worth as much.
         """
-        pod, sku = self.period.stock.entries
+        pod, sku = self.period.stock.pod, self.period.stock.sku
         kept = wanted[sku]
         useful, pod = np.unique(pod[kept], return_inverse=True)
         if not len(useful):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 from enum import StrEnum
 
 from attrs import frozen
@@ -37,6 +38,14 @@ class Part:
     order: int
     station: int
     skus: tuple[int, ...]
+
+
+def parts_from(lines: Iterable[tuple[int, int, int]]) -> tuple[Part, ...]:
+    """Return the parts of lines (order, station, SKU), in the order of the first line of each."""
+    skus: dict[tuple[int, int], list[int]] = {}
+    for order, station, sku in lines:
+        skus.setdefault((order, station), []).append(sku)
+    return tuple(Part(order, station, tuple(held)) for (order, station), held in skus.items())
 
 
 Assigned = tuple[Visits, tuple[Part, ...]]
@@ -103,7 +112,7 @@ def items_of(period: Period, parts: tuple[Part, ...]) -> int:
 
 def is_useful(period: Period, pod: int, station: int, parts: tuple[Part, ...]) -> bool:
     """Whether a pod has a SKU that parts at a station need. What a limit cut short may send others, too."""
-    skus = period.stock.contents[pod]
+    skus = {*period.stock.skus_of(pod).tolist()}
     return any(part.station == station and sku in skus for part in parts for sku in part.skus)
 
 

@@ -76,7 +76,7 @@ def _pods(period: Period, solution: Solution) -> Iterator[str]:
         yield "(9) pods: a pod is sent to the same station twice"
     there: list[set[int]] = [set() for _ in period.stations]
     for pod, station in visits:
-        there[station].update(period.stock.contents[pod])
+        there[station].update(period.stock.skus_of(pod).tolist())
     for part in solution.parts:
         for sku in part.skus:
             if sku not in there[part.station]:

@@ -13,7 +13,7 @@ import mip
 from attrs import define
 
 from rmfs_rules.mip.period.period import Period
-from rmfs_rules.mip.period.solution import Model, Part, Solution, is_useful, is_whole, objective_of, unused
+from rmfs_rules.mip.period.solution import Model, Solution, is_useful, is_whole, objective_of, parts_from, unused
 from rmfs_rules.mip.printed.solver import Limits, new_model, optimise
 
 
@@ -56,11 +56,8 @@ def solve_printed(
         there = tuple((pod, station) for station, pods in enumerate(period.inbound) for pod in pods)
         value = len(there) + weight * unused(period, ())
         return Solution((), there, value, min(outcome.bound, value), "stopped")
-    assigned: dict[tuple[int, int], list[int]] = {}
-    for (sku, order, station), variable in printed.y_ios.items():
-        if variable.x > 0.5:
-            assigned.setdefault((order, station), []).append(sku)
-    parts = tuple(Part(order, station, tuple(skus)) for (order, station), skus in sorted(assigned.items()))
+    y_ios = sorted(printed.y_ios.items(), key=lambda one: one[0][1:])
+    parts = parts_from((order, station, sku) for (sku, order, station), y in y_ios if y.x > 0.5)
     visits = tuple(key for key, variable in printed.x.items() if variable.x > 0.5)
     if outcome.optimal and limits.gap == 0:
         value = round(outcome.objective) if whole else outcome.objective
@@ -105,9 +102,8 @@ def _add_common(p: _Printed) -> None:
             taken = mip.xsum(q * p.y_ios[i, o, s] for o, lines in enumerate(period.lines) for i, q in lines)
         m += taken + p.u[s] == period.capacities[s]  # (4)
     pods_with: dict[int, list[int]] = {}
-    for pod, skus in enumerate(period.stock.contents):
-        for i in skus:
-            pods_with.setdefault(i, []).append(pod)
+    for pod, i in zip(period.stock.pod.tolist(), period.stock.sku.tolist(), strict=True):
+        pods_with.setdefault(i, []).append(pod)
     for (i, _, s), y in p.y_ios.items():
         m += mip.xsum(p.x[pod, s] for pod in pods_with.get(i, ())) - y >= 0  # (5)
     for s in stations:
@@ -117,8 +113,8 @@ def _add_common(p: _Printed) -> None:
 
 def _add_stock(p: _Printed) -> None:
     """The rows of finite stock. No pod gives more than the stations take: f_ip is cut off there."""
-    period, m, items = p.period, p.model, p.period.stock.items
-    if items is None:
+    period, m, stock = p.period, p.model, p.period.stock
+    if stock.number is None:
         return
     stations, room = range(len(period.stations)), sum(period.rooms)
     wanted: dict[int, list[tuple[int, int]]] = {}
@@ -126,7 +122,7 @@ def _add_stock(p: _Printed) -> None:
         for i, d in lines:
             wanted.setdefault(i, []).append((o, d))
     taken: dict[tuple[int, int], list[mip.Var]] = {(i, s): [] for i in wanted for s in stations}
-    for pod, i, free in zip(items.pod.tolist(), items.sku.tolist(), items.number.tolist(), strict=True):
+    for pod, i, free in zip(stock.pod.tolist(), stock.sku.tolist(), stock.number.tolist(), strict=True):
         if i in wanted:
             q = [m.add_var(var_type=mip.INTEGER) for _ in stations]
             for s in stations:

@@ -187,7 +187,7 @@ class Builder:
             self.objective[column] = 1.0
             if gains is not None:
                 program.cost[column] = -float(gains[pod])
-            for sku in period.stock.contents[pod]:
+            for sku in period.stock.skus_of(pod).tolist():
                 if wanted[sku]:
                     bringing.setdefault(sku, []).append(column)
         for sku, columns in sorted(bringing.items()):
@@ -353,11 +353,11 @@ class Builder:
 
     def _scarce_skus(self) -> None:
         """Add what stations take of scarce SKUs from each pod, which is at most what it has."""
-        program, period, items = self.model.program, self.reduced.period, self.reduced.period.stock.items
-        assert items is not None
+        program, period, stock = self.model.program, self.reduced.period, self.reduced.period.stock
+        assert stock.number is not None
         taken: dict[tuple[int, int], list[int]] = {}  # by station and SKU
-        kept = self.reduced.is_scarce[items.sku]
-        entries = zip(items.pod[kept].tolist(), items.sku[kept].tolist(), items.number[kept].tolist(), strict=True)
+        kept = self.reduced.is_scarce[stock.sku]
+        entries = zip(stock.pod[kept].tolist(), stock.sku[kept].tolist(), stock.number[kept].tolist(), strict=True)
         for pod, sku, number in entries:
             columns = []
             for station, room in enumerate(self.reduced.rooms):
@@ -417,10 +417,10 @@ def assigned_with(
     inbound = [set(pods) for pods in period.inbound]
     for pod, station in visits:
         inbound[station].add(pod)
-    stock, items = period.stock, period.stock.items
-    if items is not None:
+    stock = period.stock
+    if stock.number is not None:
         there = np.array(sorted(set().union(*inbound)), dtype=np.int64)
-        stock = stock.with_items(items.pod, items.sku, np.where(np.isin(items.pod, there), items.number, 0))
+        stock = stock.with_items(np.where(np.isin(stock.pod, there), stock.number, 0))
     sent = evolve(period, stock=stock, inbound=tuple(tuple(sorted(pods)) for pods in inbound))
     left = Reduced(sent, reduced.model)
     if not left.candidates.any():

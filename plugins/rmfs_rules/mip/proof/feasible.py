@@ -12,11 +12,7 @@ from numpy.typing import NDArray
 
 from rmfs_rules.mip.period.placing import Slots
 from rmfs_rules.mip.period.reduction import Reduced, highest, masks_of
-from rmfs_rules.mip.period.serving import SlotsFromStock
-from rmfs_rules.mip.period.solution import Model, Part
-
-AnySlots = Slots | SlotsFromStock
-"""Slots that call a line by the stations that cover it, or by its SKU."""
+from rmfs_rules.mip.period.solution import Model, Part, parts_from
 
 
 def fill(reduced: Reduced, covered: NDArray[np.bool_]) -> tuple[Part, ...]:
@@ -37,7 +33,8 @@ def fill(reduced: Reduced, covered: NDArray[np.bool_]) -> tuple[Part, ...]:
         return fill_with_orders(reduced, covered)
     somewhere: NDArray[np.bool_] = np.asarray(covered.any(axis=0, keepdims=True))
     orders = np.flatnonzero(_covered_orders(reduced, somewhere)[0]).tolist()
-    return fill_with_split_orders(reduced, orders, lambda: Slots(reduced.capacities), masks_of(covered).tolist())
+    kinds = masks_of(covered).tolist()
+    return fill_with_split_orders(reduced, orders, lambda: Slots.covered(reduced.capacities, kinds), kinds)
 
 
 def _fill_with_lines(reduced: Reduced, covered: NDArray[np.bool_]) -> tuple[Part, ...]:
@@ -46,10 +43,10 @@ def _fill_with_lines(reduced: Reduced, covered: NDArray[np.bool_]) -> tuple[Part
     lines = np.flatnonzero(mask if period.single_items else (mask > 0) & reduced.candidates)
     if len(period.capacities) == 1:
         lines = lines[: period.capacities[0]]
-    return place_lines(reduced, Slots(period.capacities), lines, kinds.tolist())
+    return place_lines(reduced, Slots.covered(period.capacities, kinds.tolist()), lines, kinds.tolist())
 
 
-def place_lines(reduced: Reduced, slots: AnySlots, lines: NDArray[np.int64], kinds: Sequence[int]) -> tuple[Part, ...]:
+def place_lines(reduced: Reduced, slots: Slots, lines: NDArray[np.int64], kinds: Sequence[int]) -> tuple[Part, ...]:
     """Place lines of one item each: a maximum flow, the first lines first.
 
     Parameters
@@ -77,15 +74,15 @@ def place_lines(reduced: Reduced, slots: AnySlots, lines: NDArray[np.int64], kin
     return _parts(slots, placed, kinds)
 
 
-def _parts(slots: AnySlots, lines: Iterable[tuple[int, int]], kinds: Sequence[int]) -> tuple[Part, ...]:
+def _parts(slots: Slots, lines: Iterable[tuple[int, int]], kinds: Sequence[int]) -> tuple[Part, ...]:
     """Name the station of each placed line (order, SKU), keeping lines of an order together where it is free to."""
-    parts: dict[tuple[int, int], list[int]] = {}
+    placed: list[tuple[int, int, int]] = []
     used: dict[int, list[int]] = {}
     for order, sku in lines:
         station = slots.take(kinds[sku], used.get(order, ()))
         used.setdefault(order, []).append(station)
-        parts.setdefault((order, station), []).append(sku)
-    return tuple(Part(order, station, tuple(skus)) for (order, station), skus in parts.items())
+        placed.append((order, station, sku))
+    return parts_from(placed)
 
 
 def fill_with_orders(reduced: Reduced, covered: NDArray[np.bool_]) -> tuple[Part, ...]:
@@ -145,7 +142,7 @@ def subset(sizes: Sequence[int], room: int) -> list[int]:
 
 
 def fill_with_split_orders(
-    reduced: Reduced, orders: Sequence[int], free: Callable[[], AnySlots], kinds: Sequence[int]
+    reduced: Reduced, orders: Sequence[int], free: Callable[[], Slots], kinds: Sequence[int]
 ) -> tuple[Part, ...]:
     """Place orders line by line over the stations, such that what is left stays a sum that orders can fill.
 
@@ -161,7 +158,7 @@ def fill_with_split_orders(
         Number of each SKU among these.
     """
     sizes = reduced.sizes.tolist()
-    best: tuple[list[int], AnySlots] = ([], free())
+    best: tuple[list[int], Slots] = ([], free())
     for sequence in (orders, sorted(orders, key=lambda o: -sizes[o])):
         found = _place_orders(reduced, sequence, free(), kinds)
         if sum(sizes[o] for o in found[0]) > sum(sizes[o] for o in best[0]):
@@ -172,8 +169,8 @@ def fill_with_split_orders(
 
 
 def _place_orders(
-    reduced: Reduced, sequence: Sequence[int], slots: AnySlots, kinds: Sequence[int]
-) -> tuple[list[int], AnySlots]:
+    reduced: Reduced, sequence: Sequence[int], slots: Slots, kinds: Sequence[int]
+) -> tuple[list[int], Slots]:
     period, sizes, left = reduced.period, reduced.sizes.tolist(), sum(reduced.period.capacities)
     later = [1]  # sums that the orders from a position on can have, as bits
     for order in reversed(sequence):

@@ -18,6 +18,7 @@ import numpy as np
 from attrs import define, field
 from numpy.typing import NDArray
 
+from rmfs_rules.mip.compiled import exchanging, spreading
 from rmfs_rules.mip.compiled.arrays import LARGEST_ROOM, MOST_STATES, MOST_STATIONS, Arrays, arrays_of, price_of
 from rmfs_rules.mip.period.reduction import Reduced
 from rmfs_rules.mip.period.serving import short_of
@@ -108,8 +109,6 @@ class FewestVisits:
 
     def _exchanged(self, number: int, target: int) -> Assigned | None:
         """Return a solution with one visit each of so many pods, which are found by exchanging them, or None."""
-        from rmfs_rules.mip.compiled import exchanging, spreading
-
         price, effort = PRICE_OF_EXCHANGE * len(self.reduced.orders), self.limits.effort
         for seed in range(1, TRIES + 1):
             steps = int(min(EXCHANGES, effort.left / SHARE_OF_EXCHANGES / price))
@@ -133,8 +132,6 @@ class FewestVisits:
 
     def _fills(self, visits: int, target: int) -> tuple[bool, Assigned | None]:
         """Return whether it is known if so many visits fill the target, and how they do."""
-        from rmfs_rules.mip.compiled import spreading
-
         stations = len(self.reduced.capacities)
         fewest = max(-(-visits // stations), self._too_few.get(target, -1) + 1)
         for number in range(fewest, min(visits, len(self._pods)) + 1):
@@ -155,8 +152,6 @@ class FewestVisits:
 
     def _answers(self, number: int, visits: int, target: int) -> Iterator[tuple[int, list[int], list[int], Any]]:
         """Yield what the search finds, one after the other; last that it finds nothing more."""
-        from rmfs_rules.mip.compiled import spreading
-
         sets = spreading.sets_that_fill(self._arrays, number, target)
         refused, last, answer = -1, None, spreading.FOUND
         while answer == spreading.FOUND:

@@ -62,15 +62,15 @@ class Scarce:
     @classmethod
     def of(cls, reduced: Reduced, demand: Floats) -> Scarce | None:
         """Return them for a period and the demand of all SKUs, or None when nothing is scarce."""
-        items, scarce = reduced.period.stock.items, reduced.scarce
-        if items is None or not len(scarce):
+        stock, scarce = reduced.period.stock, reduced.scarce
+        if stock.number is None or not len(scarce):
             return None
-        kept = (reduced.is_scarce & (demand > 0))[items.sku]
-        at = np.zeros(len(reduced.period.stock.pods), dtype=np.int64)
+        kept = (reduced.is_scarce & (demand > 0))[stock.sku]
+        at = np.zeros(len(stock.pods), dtype=np.int64)
         for station, pods in enumerate(reduced.period.inbound):
             at[list(pods)] |= 1 << station
-        sku = np.searchsorted(scarce, items.sku[kept])
-        return cls(demand[scarce], items.pod[kept], sku, items.number[kept].astype(np.float64), at)
+        sku = np.searchsorted(scarce, stock.sku[kept])
+        return cls(demand[scarce], stock.pod[kept], sku, stock.number[kept].astype(np.float64), at)
 
     def by_cut(self, stations: int) -> Floats:
         """Return for each SKU and cut the items on pods that are at some station outside: (SKUs, cuts)."""
@@ -171,9 +171,8 @@ class Network:
     def brought(self, cuts: NDArray[np.int64]) -> Floats:
         """Return what each pod at a station outside adds to each of some cuts: (pods, cuts)."""
         stations, pods = len(self.capacities), len(self.stock.pods)
-        pod, sku = self.stock.entries
-        kept = self.demand[sku] > 0
-        pod, sku = pod[kept], sku[kept]
+        kept = self.demand[self.stock.sku] > 0
+        pod, sku = self.stock.pod[kept], self.stock.sku[kept]
         masks = np.flatnonzero(np.bincount(self.mask))
         kind = np.searchsorted(masks, self.mask[sku])
         carried = _sums(pod * len(masks) + kind, self.demand[sku], pods * len(masks)).reshape(pods, len(masks))

@@ -62,7 +62,7 @@ class Completing:
         self.open = np.ones(len(self.orders), dtype=np.bool_)
         number_of = np.full(period.stock.n_skus, -1)
         number_of[self.skus] = np.arange(len(self.skus))
-        pod, sku = period.stock.entries
+        pod, sku = period.stock.pod, period.stock.sku
         wanted = number_of[sku] >= 0
         self.pods, pod = np.unique(pod[wanted], return_inverse=True)
         sku = number_of[sku[wanted]]

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from rmfs_rules.mip.period.period import Period
 from rmfs_rules.mip.period.reduction import Reduced
-from rmfs_rules.mip.period.solution import Assigned, Model, Part
+from rmfs_rules.mip.period.solution import Assigned, Model, Part, parts_from
 from rmfs_rules.mip.printed.solver import Limits, new_model, optimise
 from rmfs_rules.mip.proof.pricing import CLOSE, SAFE, CloseSet, Pattern, Priced, Pricing
 from rmfs_rules.mip.proof.program import Program
@@ -60,10 +60,8 @@ def lines_as_orders(period: Period) -> Period:
 
 def orders_of_lines(period: Period, parts: tuple[Part, ...]) -> tuple[Part, ...]:
     """Return the parts of the real orders, from those of `lines_as_orders`."""
-    skus: dict[tuple[int, int], list[int]] = {}
-    for part in parts:
-        skus.setdefault((int(period.line_order[part.order]), part.station), []).extend(part.skus)
-    return tuple(Part(order, station, tuple(sorted(held))) for (order, station), held in sorted(skus.items()))
+    order_of = period.line_order.tolist()
+    return parts_from(sorted((order_of[part.order], part.station, sku) for part in parts for sku in part.skus))
 
 
 @define
@@ -333,10 +331,8 @@ def _add_prices(generation: ColumnGeneration, program: Program, choices: list[_S
 
 def _add_stock(reduced: Reduced, program: Program, choices: list[_SetChoice]) -> None:
     """Let the stations of a choice take scarce SKUs from its pods, and all stations no more than a pod has."""
-    items = reduced.period.stock.items
-    assert items is not None
     shared: dict[tuple[int, int], list[int]] = {}
-    held = {pod: items.on(pod) for pod in {pod for choice in choices for pod in choice.pods}}
+    held = {pod: reduced.period.stock.items_on(pod) for pod in {pod for choice in choices for pod in choice.pods}}
     for choice in choices:
         taking: dict[int, dict[int, float]] = {}
         for t, column in choice.orders.items():

@@ -14,6 +14,7 @@ from attrs import define, evolve, frozen
 from numpy.typing import NDArray
 
 from rmfs_rules.mip.compiled.arrays import arrays_of, price_of
+from rmfs_rules.mip.compiled.pod_sets import best_sets
 from rmfs_rules.mip.period.reduction import Reduced
 from rmfs_rules.mip.period.solution import Model
 from rmfs_rules.mip.printed.solver import Limits
@@ -179,8 +180,6 @@ class Pricing:
         kept
             How many sets are returned at most.
         """
-        from rmfs_rules.mip.compiled.pod_sets import best_sets
-
         work = np.zeros(1, dtype=np.int64)
         values = values[self.type_of]
         if self.few_orders:

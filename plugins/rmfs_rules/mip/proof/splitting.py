@@ -75,9 +75,7 @@ class _Orders:
         np.add.at(sizes, period.line_order, period.line_quantity)  # with lines that cannot be assigned
         some = items.any(axis=1)
         self.items, self.sizes = items[some], sizes[some]
-        self.holds = np.zeros((len(period.stock.contents), period.stock.n_skus))
-        for pod, skus in enumerate(period.stock.contents):
-            self.holds[pod, list(skus)] = 1
+        self.holds = period.stock.holds
 
     def estimates(self, covered: NDArray[np.bool_], station: int, rooms: NDArray[np.int64], splits: int) -> Table:
         """Return the estimate with each pod at the station besides what is covered (stations x SKUs)."""

@@ -8,8 +8,9 @@ import numpy as np
 from attrs import define, field
 from numpy.typing import NDArray
 
+from rmfs_rules.mip.period.placing import Slots
 from rmfs_rules.mip.period.reduction import Reduced
-from rmfs_rules.mip.period.serving import SlotsFromStock, stations_of
+from rmfs_rules.mip.period.serving import stations_of
 from rmfs_rules.mip.period.solution import Model, Part, Visits
 from rmfs_rules.mip.proof.feasible import fill_with_split_orders, place_lines, subset
 
@@ -30,7 +31,7 @@ def fill_from_stock(reduced: Reduced, visits: Visits) -> tuple[Part, ...]:
     if reduced.model is Model.INTEGRATED or len(period.capacities) == 1:
         return _orders_at_hand(reduced, Shelf(reduced, visits))
     return fill_with_split_orders(
-        reduced, reduced.orders, lambda: SlotsFromStock(period, visits), range(period.stock.n_skus)
+        reduced, reduced.orders, lambda: Slots.from_stock(period, visits), range(period.stock.n_skus)
     )
 
 
@@ -38,7 +39,7 @@ def lines_from_stock(reduced: Reduced, visits: Visits, lines: Sequence[int]) -> 
     """Place lines (positions) of one item each with new visits: a maximum flow, the first lines first."""
     period = reduced.period
     kept = np.array([line for line in lines if reduced.candidates[line]], dtype=np.int64)
-    return place_lines(reduced, SlotsFromStock(period, visits), kept, range(period.stock.n_skus))
+    return place_lines(reduced, Slots.from_stock(period, visits), kept, range(period.stock.n_skus))
 
 
 def one_line_orders(reduced: Reduced) -> list[int]:
@@ -69,11 +70,10 @@ class Shelf:
 
     def __attrs_post_init__(self) -> None:
         period = self.reduced.period
-        items = period.stock.items
-        assert items is not None
-        most = sum(period.rooms)
-        self.left = np.zeros((len(period.stock.pods), period.stock.n_skus), dtype=np.int64)
-        self.left[items.pod, items.sku] = np.minimum(items.number, most)
+        stock = period.stock
+        assert stock.number is not None
+        self.left = np.zeros((len(stock.pods), stock.n_skus), dtype=np.int64)
+        self.left[stock.pod, stock.sku] = np.minimum(stock.number, sum(period.rooms))
         self.supply = np.zeros((len(period.capacities), period.stock.n_skus), dtype=np.int64)
         self._at = {}
         for pod, stations in stations_of(period, self.visits).items():

@@ -22,7 +22,8 @@ from rmfs_rules.helpers.classes import by_share, class_borders, turn
 from rmfs_rules.helpers.late import SHUT, assign_late, late
 from rmfs_rules.helpers.oversize import Oversize, with_oversize
 from rmfs_rules.helpers.parameters import parameter
-from rmfs_rules.helpers.searching import free_for_good, gap_at, narrow, search_once
+from rmfs_rules.helpers.searching import free_for_good, gap_at, search_once
+from rmfs_rules.sipp.windows import narrow
 from rmfs_rules.whca.compiled import last_end
 from rmfs_traffic import FOREVER, Reservations, roads_on
 from standing import put_at_station

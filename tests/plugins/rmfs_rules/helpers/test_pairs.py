@@ -17,16 +17,7 @@ from rmfs_core.warehouse import CAPACITY, UNLIMITED, Station, WarehouseView
 from rmfs_rules.common_lines import CommonLines
 from rmfs_rules.first_come import FirstCome
 from rmfs_rules.helpers import assign_best_pairs, lines_at, sum_per_order
-from rmfs_rules.helpers.pairs_search import (
-    HEAD,
-    SHARE,
-    Precedence,
-    Scores,
-    Stations,
-    best_pair,
-    completed_by,
-    values_of,
-)
+from rmfs_rules.helpers.pairs_search import HEAD, Precedence, Scores, Stations, best_pair, completed_by, values_of
 from rmfs_rules.near_best_pod import NearBestPod
 from rmfs_rules.pod_match import PodMatch
 from rmfs_rules.workload import Workload
@@ -142,7 +133,6 @@ def test_the_best_pair_is_found(orders: list[dict[str, int]], stations: int, dat
         return drawn(values, (stations, columns if may and data.draw(st.booleans()) else 0), kind)
 
     table = maybe(st.integers(0, 4), view.n_skus, np.int64)
-    shares = maybe(st.integers(0, 1), view.n_skus, np.int64)
     taken = drawn(st.booleans(), (number,), np.bool_)
     first = maybe(st.booleans(), number, np.bool_)[0]
     rank = maybe(st.integers(0, 2), number, np.float64)[0]
@@ -151,24 +141,20 @@ def test_the_best_pair_is_found(orders: list[dict[str, int]], stations: int, dat
     capacity = drawn(st.integers(1, 9), (stations,), np.int64)
     free = np.minimum(drawn(st.integers(-1, 9), (stations,), np.int64), capacity)
     load = drawn(st.integers(0, 2), (stations,), np.int64)
-    largest, queued = UNLIMITED if counts.any() else int(capacity.max()), data.draw(st.booleans())
+    largest = UNLIMITED if counts.any() else int(capacity.max())
     extra = 0.3 * drawn(st.integers(-1, 1), (stations,), np.float64)  # no sum is another one but for rounding
     kept = data.draw(st.integers(0, 2))
     pod, left = drawn(st.integers(-1, 0), (stations,), np.int64), drawn(st.integers(0, 4), stock.items.shape, np.int64)
 
     def score(place: int, at: int) -> float:
-        wanted = columns.of_order(place)
-        share = sum(shares[at, sku] for sku, _ in wanted) / len(wanted) if shares.size else 0.0
-        return (sum(min(items, table[at, sku]) for sku, items in wanted) if table.size else 0) + SHARE * share
+        return sum(min(items, table[at, sku]) for sku, items in columns.of_order(place)) if table.size else 0
 
     def fits(place: int, at: int) -> bool:
         wanted, items = columns.of_order(place), int(columns.items[place])
         completed = pod[at] == 0 and all(left[[*stock.sku].index(sku)] >= number for sku, number in wanted)
         room = free[at] if completed or not load[at] else min(free[at], max(free[at] - kept, 0))
-        if free[at] < 0 or (queued and not counts[at] and items > capacity[at]):
+        if free[at] < 0:
             return False
-        if queued:
-            return bool(room >= 1)
         if counts[at]:
             return bool(room >= (0 if placed.size and placed[at, place] else 1))
         return bool(items <= room or (items > largest and room == capacity[at]))
@@ -194,8 +180,8 @@ def test_the_best_pair_is_found(orders: list[dict[str, int]], stations: int, dat
         room = np.array([*zip(free, load, capacity, counts, load, strict=True)], CAPACITY)
         heads, entries = np.zeros(stations, HEAD), (stock.of_pod, stock.sku, left)
         heads["pod"] = pod
-        told = Stations(room, heads, largest, queued, extra, placed, kept, np.zeros((0, 0), np.bool_), *entries)
-        scores = Scores(table, shares, scored, zeros)
+        told = Stations(room, heads, largest, extra, placed, kept, np.zeros((0, 0), np.bool_), *entries)
+        scores = Scores(table, scored, zeros)
         assert best_pair(columns, scores, Precedence(taken, first, rank), told) == (best[3], best[5])
         assert not zeros.any()
         values = values_of(columns, scores, 0, told)
@@ -209,7 +195,7 @@ def test_completed_orders_are_found(orders: list[dict[str, int]], left: list[int
     stock, none = view.stock, np.zeros((0, 0))
     entries = stock.of_pod, stock.sku, np.array(left)
     flags = none.astype(np.bool_)
-    stations = Stations(np.zeros(0, CAPACITY), np.zeros(0, HEAD), 9, False, np.zeros(0), flags, 0, flags, *entries)
+    stations = Stations(np.zeros(0, CAPACITY), np.zeros(0, HEAD), 9, np.zeros(0), flags, 0, flags, *entries)
     whole = [
         place
         for place in range(len(named))

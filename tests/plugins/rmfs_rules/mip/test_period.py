@@ -17,7 +17,7 @@ from rmfs_rules.mip.period.decoding import Counts, parts_of
 from rmfs_rules.mip.period.period import Period, Stock
 from rmfs_rules.mip.period.placing import Slots
 from rmfs_rules.mip.period.reduction import Reduced, highest, masks_of, sums_of
-from rmfs_rules.mip.period.serving import SlotsFromStock, short_of, stations_of
+from rmfs_rules.mip.period.serving import short_of, stations_of
 from rmfs_rules.mip.period.solution import (
     Model,
     Part,
@@ -41,7 +41,7 @@ def test_it_is_read_off_the_warehouse():
     world = small_world({"1": ["b", "a"], "2": ["a"]}, {"p": ["a"], "q": ["b"]}, capacities=(2, 3))
     world.bind(world.pods[1], world.stations[1])
     view = WarehouseView(world)
-    period = Period.of(view, Stock.of(view.pods, view.n_skus))
+    period = Period.of(view, Stock.of(view))
     sku = {world.orders[1].lines[0].sku: "a"}
     assert (period.stations, period.capacities) == ((0, 1), (2, 3))
     assert (period.inbound, period.busy, period.orders) == (((), (1,)), (1,), (0, 1))
@@ -64,22 +64,16 @@ def test_tables_say_the_same(periods):
         assert set(np.flatnonzero(period.preferred.pods == 0)) == set(period.busy)
 
 
-def test_free_items_follow_the_warehouse(scarce_periods):
-    """SKUs that ran out or came back are read again, and the rest is as it was."""
+def test_entries_without_items_are_left_out(scarce_periods):
     rng = np.random.default_rng(3)
-    for period in scarce_periods[:20]:
-        entries = list(product(range(len(period.stock.pods)), range(period.stock.n_skus)))
-        stock = period.stock
-        for _ in range(4):
-            numbers = rng.integers(0, 3, len(entries))
-            held: list[dict[int, int]] = [{} for _ in period.stock.pods]
-            for (pod, sku), number in zip(entries, numbers.tolist(), strict=True):
-                held[pod][sku] = number
-            stock, anew = stock.with_items(*np.array(entries).T, numbers), Stock.counted(held, stock.n_skus)
-            assert stock.contents == anew.contents
-            assert (stock.holds == anew.holds).all()
-            for name in ("pod", "sku", "number"):
-                assert (getattr(stock.items, name) == getattr(anew.items, name)).all()
+    for stock in (period.stock for period in scarce_periods[:20]):
+        numbers, held = rng.integers(0, 3, len(stock.sku)), [dict[int, int]() for _ in stock.pods]
+        for pod, sku, number in zip(stock.pod.tolist(), stock.sku.tolist(), numbers.tolist(), strict=True):
+            held[pod] |= {sku: number} if number else {}
+        fewer = stock.with_items(numbers)
+        assert [fewer.items_on(pod) for pod in stock.pods] == held
+        assert [fewer.skus_of(pod).tolist() for pod in stock.pods] == [[*items] for items in held]
+        assert [set(np.flatnonzero(row)) for row in fewer.holds] == [set(items) for items in held]
 
 
 @pytest.mark.parametrize("model", Model)
@@ -98,7 +92,7 @@ def test_types_count_the_orders(periods, model):
 def test_what_no_station_can_take_is_left_out():
     """An order of three items, stations of two slots: integrated drops it, the split models do not."""
     lines = np.array([[0, 0, 1], [0, 1, 1], [0, 2, 1], [1, 3, 1]]).T
-    period = Period(Stock((0,), ((0, 1, 2),), 4), (0, 1), (2, 2), ((), ()), (0, 1), *lines)
+    period = Period(Stock.holding([(0, 1, 2)], 4), (0, 1), (2, 2), ((), ()), (0, 1), *lines)
     assert Reduced(period, INTEGRATED).orders == ()
     assert Reduced(period, AMONG).orders == (0,)  # order 1 wants what no pod has
     assert Reduced(period, OVER_TIME).orders == (0,)
@@ -111,7 +105,7 @@ def test_every_pod_is_within_one_that_is_kept(periods):
     for period in periods[:100]:
         reduced = Reduced(period, OVER_TIME)
         wanted, value = rng.random(period.stock.n_skus) < 0.7, rng.integers(0, 2, len(period.stock.pods)).astype(float)
-        brings = [{i for i in skus if wanted[i]} for skus in period.stock.contents]
+        brings = [{i for i in skus if wanted[i]} for skus in map(period.stock.skus_of, period.stock.pods)]
         kept = reduced.classes(wanted, value)
 
         def within(pod: int, other: int) -> bool:
@@ -159,7 +153,7 @@ def test_the_arrays_are_the_period(periods, model):
         assert brought == {
             (int(pod), sku) for sku in by_sku for pod in a.sku_pod[a.sku_start[sku] : a.sku_start[sku + 1]]
         }
-        assert all(sku in period.stock.contents[pods[pod]] for pod, sku in brought)
+        assert all(sku in period.stock.skus_of(pods[pod]) for pod, sku in brought)
         assert a.rooms.tolist() == list(period.capacities)
         assert (a.whole, a.splits) == (model is INTEGRATED, 1)
 
@@ -179,7 +173,7 @@ def test_counts_become_lines_of_orders(three):
     assert set(parts_of(over_time, Counts(((0, 0),)))) == {Part(0, 0, (0,)), Part(1, 0, (0,))}
     assert parts_of(over_time, Counts(((0, 0),), splits_limited=True)) == ()
     lines = np.array([[0, 0, 2], [1, 0, 2]]).T
-    period = Period(Stock((0,), ((0,),), 1), (0, 1), (2, 2), ((), ()), (10, 11), *lines)
+    period = Period(Stock.holding([[0]], 1), (0, 1), (2, 2), ((), ()), (10, 11), *lines)
     counts = Counts(((0, 0), (0, 1)), split={0: 2}, lines={((0, 2), 0): 1, ((0, 2), 1): 1})
     assert parts_of(Reduced(period, AMONG), counts) == (Part(0, 0, (0,)), Part(1, 1, (0,)))
 
@@ -193,7 +187,7 @@ def test_one_by_one_is_the_most(capacities, masks):
         allowed = all(at < 0 or mask >> at & 1 for at, mask in zip(choice, masks, strict=True))
         if allowed and all(choice.count(station) <= room for station, room in enumerate(capacities)):
             most = max(most, sum(at >= 0 for at in choice))
-    slots = Slots(capacities)
+    slots = Slots.covered(capacities, masks)
     placed = [mask for mask in masks if slots.add(mask)]
     assert len(placed) == most
     stations = [slots.take(mask, ()) for mask in placed]
@@ -206,12 +200,12 @@ def test_lines_of_an_order_and_preferred_stations():
 
     Lines of a kind are interchangeable, so any station where some stand may be named; then they are used up.
     """
-    slots = Slots([1, 1])
+    slots = Slots.covered([1, 1], [1, 3])
     assert not slots.add_all([1, 1])
-    assert (slots.free, slots.at) == ([1, 1], [{}, {}])
+    assert slots.free == [1, 1]
     assert slots.add_all([3, 1])
     assert slots.free == [0, 0]
-    slots = Slots([1, 1])
+    slots = Slots.covered([1, 1], [3])
     assert slots.add(3)
     assert slots.add(3)
     assert [slots.take(3, [1]), slots.take(3, [1])] == [1, 0]
@@ -233,7 +227,7 @@ def test_what_is_short(scarce_periods):
                 there = [part for part in parts if sku in part.skus and group[part.station]]
                 wanted = sum(dict(period.lines_of(part.order))[sku] for part in there)
                 pods = [pod for pod, stations in at.items() if any(group[s] for s in stations)]
-                if wanted > sum(period.stock.items.on(pod).get(sku, 0) for pod in pods):
+                if wanted > sum(period.stock.items_on(pod).get(sku, 0) for pod in pods):
                     short.add(sku)
         assert short_of(period, visits, parts) == min(short, default=None)
         named += bool(short)
@@ -250,8 +244,8 @@ def test_items_move_between_pods():
     A third finds none, and nothing changes; of an order all lines find slots, or none.
     """
     lines = np.array([[0, 0, 1], [1, 0, 1], [2, 0, 1]]).T
-    shared = Period(Stock.counted([{0: 1}, {0: 1}], 1), (0, 1), (1, 1), ((0, 1), (0,)), (0, 1, 2), *lines)
-    slots = SlotsFromStock(shared, ())
+    shared = Period(Stock.holding([{0: 1}, {0: 1}], 1), (0, 1), (1, 1), ((0, 1), (0,)), (0, 1, 2), *lines)
+    slots = Slots.from_stock(shared, ())
     assert not slots.add_all([0, 0, 0])
     assert slots.free == [1, 1]
     assert slots.add(0)
@@ -260,7 +254,7 @@ def test_items_move_between_pods():
     assert not slots.add(0)
     assert not slots.add_all([0])
     assert {slots.take(0, ()), slots.take(0, ())} == {0, 1}
-    with pytest.raises(ValueError, match="no item"):
+    with pytest.raises(ValueError, match="no line of this kind"):
         slots.take(0, ())
 
 
@@ -268,7 +262,7 @@ def test_items_move_between_pods():
 def two_fixture() -> Period:
     """Return two stations; order 10 wants two of SKU 0 and one of SKU 1, order 11 one of SKU 0."""
     lines = np.array([[0, 0, 2], [0, 1, 1], [1, 0, 1]]).T
-    return Period(Stock((0, 1), ((0,), (1,)), 2), (0, 1), (3, 2), ((), ()), (10, 11), *lines)
+    return Period(Stock.holding([[0], [1]], 2), (0, 1), (3, 2), ((), ()), (10, 11), *lines)
 
 
 def test_the_objective_is_visits_and_free_places(two):

@@ -3,7 +3,6 @@
 import csv
 from collections.abc import Iterator, Sequence
 from itertools import combinations, product
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,7 +17,7 @@ from rmfs_rules.mip import Integrated
 from rmfs_rules.mip.compiled import warm_up
 from rmfs_rules.mip.compiled.arrays import Arrays, arrays_of
 from rmfs_rules.mip.compiled.exchanging import completed, exchanged
-from rmfs_rules.mip.compiled.pod_sets import next_set, sets_of
+from rmfs_rules.mip.compiled.pod_sets import best_sets, next_set, sets_of
 from rmfs_rules.mip.compiled.spreading import FOUND, next_that_fills, sets_that_fill, spread, too_few_splits
 from rmfs_rules.mip.compiled.stacking import fill as filled
 from rmfs_rules.mip.compiled.stacking import fill_with_few_splits, newly_split
@@ -26,7 +25,6 @@ from rmfs_rules.mip.period.effort import Effort
 from rmfs_rules.mip.period.period import Period, Stock
 from rmfs_rules.mip.period.placing import Slots
 from rmfs_rules.mip.period.reduction import Reduced, masks_of
-from rmfs_rules.mip.period.serving import SlotsFromStock
 from rmfs_rules.mip.period.solution import Model, Part, Solution, Visits, items_of, objective_of
 from rmfs_rules.mip.printed.constraints import violation
 from rmfs_rules.mip.printed.models import solve_printed
@@ -64,8 +62,8 @@ def test_what_is_filled_satisfies_the_constraints(periods, scarce_periods, model
     rng = np.random.default_rng(1)
     filled = [0, 0]
     for period in (*periods, *scarce_periods):
-        if period.single_items or (model is INTEGRATED and period.stock.items is not None):
-            scarce = period.stock.items is not None
+        if period.single_items or (model is INTEGRATED and period.stock.number is not None):
+            scarce = period.stock.number is not None
             visits = tuple(v for v in pairs_of(period) if rng.random() < 0.4 and v[0] not in period.inbound[v[1]])
             reduced = Reduced(period, model)
             parts = fill_from_stock(reduced, visits) if scarce else fill(reduced, period.covered_with(visits))
@@ -127,8 +125,8 @@ def test_flow_and_its_bound(periods):
         reduced = Reduced(period, OVER_TIME)
         if period.single_items and reduced.candidates.any():
             network = Network.of(reduced)
-            slots = Slots(network.capacities)
             units = np.repeat(network.mask, network.demand.astype(int)).tolist()
+            slots = Slots.covered(network.capacities, units)
             assert network.flow() == sum(slots.add(mask) for mask in units)
             check_bound(period, network, 2)
 
@@ -140,7 +138,7 @@ def test_flow_from_stock_and_its_bound(scarce_periods):
         reduced = Reduced(period, OVER_TIME)
         if period.single_items and len(reduced.scarce):
             scarce += 1
-            network, slots = Network.of(reduced), SlotsFromStock(period, ())
+            network, slots = Network.of(reduced), Slots.from_stock(period, ())
             assert network.flow() == sum(map(slots.add, period.line_sku[reduced.candidates].tolist()))
             flows, _ = network.flows_with_one_more()
             for pod, station in pairs_of(period):
@@ -300,7 +298,7 @@ def test_many_stations(stations):
     """Up to seven stations fit the packed vectors; with more, the search stays out and the optimum is found as well."""
     rng = np.random.default_rng(stations)
     lines = [(order, int(sku), 1) for order in range(9) for sku in rng.choice(8, 2, replace=False)]
-    stock = Stock(tuple(range(6)), tuple((sku, (sku + 3) % 8) for sku in range(6)), 8)
+    stock = Stock.holding([(sku, (sku + 3) % 8) for sku in range(6)], 8)
     rooms, inbound = (2, *[1] * (stations - 1)), tuple((int(pod),) for pod in rng.integers(0, 6, stations))
     period = Period(stock, tuple(range(stations)), rooms, inbound, tuple(range(9)), *np.array(lines).T)
     reduced = Reduced(period, AMONG)
@@ -316,7 +314,7 @@ def test_pods_are_exchanged_until_no_fewer_do(seed):
     rng = np.random.default_rng(seed)
     contents = tuple(tuple(sorted(rng.choice(150, 6, replace=False).tolist())) for _ in range(80))
     lines = [(o, int(i), 1) for o in range(80) for i in sorted(rng.choice(150, rng.integers(1, 5), replace=False))]
-    stock, orders = Stock(tuple(range(80)), contents, 150), tuple(range(80))
+    stock, orders = Stock.holding(contents, 150), tuple(range(80))
     period = Period(stock, (0, 1, 2), (12, 12, 12), ((), (), ()), orders, *np.array(lines).T)
     found = FewestVisits(Reduced(period, AMONG), 2, 0).quickly(1, 32)
     proof = proof_of(period, AMONG, 2, LIMITS)
@@ -615,7 +613,7 @@ def test_fill_finds_the_most_with_few_splits(small_periods):
     mattered = cut = 0
     rng = np.random.default_rng(1)
     for period in small_periods:
-        there = (rng.random(period.covered.shape) < 0.6) & period.stocked
+        there = (rng.random(period.covered.shape) < 0.6) & period.stock.stocked
         reduced, masks = Reduced(period, AMONG), masks_of(there)
         most = [0, 0, 0]
         for choice, items in assignments(period, there, AMONG, choices):
@@ -640,24 +638,21 @@ def test_fill_finds_the_most_with_few_splits(small_periods):
 def test_what_is_loaded_is_what_periods_need(periods):
     """After loading, no period has anything left to compile: its arguments have the types that were loaded."""
     warm_up.load()
-    loaded = [search.signatures for search in warm_up.searches()]
+    searches = sets_that_fill, next_that_fills, best_sets, exchanged
+    loaded = [search.signatures for search in searches]
     assert all(loaded)
     for period in (*periods[:20], *(splitting_period(seed, 7, 3, 9) for seed in range(3))):
         for model in Model:
             proof_of(period, model, 2, Limits(), None).run()
             proof_of(period, model, 2, Limits(), 1).run()
-    assert [search.signatures for search in warm_up.searches()] == loaded
+    assert [search.signatures for search in searches] == loaded
 
 
 def test_a_rule_loads_them(monkeypatch):
-    """Once, and not for the printed form, which has no searches."""
+    """Not for the printed form, which has no searches."""
     calls = []
     monkeypatch.setattr(warm_up, "load", lambda: calls.append("loaded"))
-    monkeypatch.setattr(warm_up, "searches", lambda: (SimpleNamespace(signatures=[]),))
     Integrated(formulation="paper").prepare(None)
     assert calls == []
-    Integrated().prepare(None)
-    assert calls == ["loaded"]
-    monkeypatch.setattr(warm_up, "searches", lambda: (SimpleNamespace(signatures=["some"]),))
     Integrated().prepare(None)
     assert calls == ["loaded"]
