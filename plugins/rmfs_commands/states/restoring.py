@@ -217,7 +217,7 @@ def _check_names(memento: Memento, travel: Travel, checked: Container[int]) -> N
         used = sum((items or 0) * (memento.sizes[sku] if memento.sizes else 1) for sku, items in pod.data.contents)
         least = f"found {pod.capacity}; expected at least {used}, what the pod holds"
         _check(used <= pod.capacity, least, "pods", i, "capacity")
-    for key, cells in (("blocked", memento.blocked), ("reserved", memento.reserved)):
+    for key, cells in (("empty_pods", memento.blocked), ("reserved", memento.reserved)):
         for cell in cells:
             _check(cell in places, f"found {cell}; expected a storage location that is not named before", key)
             places.remove(cell)
