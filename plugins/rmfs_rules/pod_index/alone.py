@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip
-from rmfs_rules.helpers import items_per_order, ticks_to_station
+from rmfs_core.warehouse import BUSY
+from rmfs_rules.helpers import items_per_order
+from rmfs_rules.helpers.sending import nearest, worth
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Order, Pod, Station, WarehouseView
+    from rmfs_core.warehouse import Order, Station, WarehouseView
 
 
 def assign_whole(warehouse: WarehouseView, most_pods: int, without: Station | None) -> JointDecision:
@@ -43,26 +45,18 @@ def assign_alone(warehouse: WarehouseView, order: Order, station: Station) -> Jo
     Pods that are stored or leaving a station are sent: again and again the one with most of the items that are still
     missing; the nearest of equals, then that of the lowest id.
     """
-    there = warehouse.available()[station.id]
-    missing = {line.sku: max(line.quantity - int(there[line.sku]), 0) for line in order.open_lines}
-    movable = {
-        pod.id: pod for pod in (*warehouse.free_pods, *warehouse.leaving_pods) if station.id not in pod.bound_for
-    }
-    holding = {pod.id for sku, number in missing.items() if number for pod in warehouse.pods_with(sku)}
-    able = [movable[pod] for pod in sorted(movable.keys() & holding)]
-    trips = []
-
-    def items(pod: Pod) -> int:
-        """How many of the items that are missing a pod has."""
-        return sum(min(pod.free_items(sku), number) for sku, number in missing.items() if sku in pod.contents)
-
-    while any(missing.values()):
-        best = min(able, key=lambda pod: (-items(pod), ticks_to_station(warehouse, pod, station), pod.id), default=None)
-        if best is None or not items(best):
+    there, stock = warehouse.available()[station.id], warehouse.stock
+    missing, trips = np.zeros(warehouse.n_skus, np.int64), list[PodTrip]()
+    for line in order.open_lines:
+        missing[line.sku] = max(line.quantity - int(there[line.sku]), 0)
+    able = np.flatnonzero((stock.at != BUSY) & (stock.at != station.id))
+    while missing.any():
+        items = worth(stock, able, missing)
+        if not items.any():
             return JointDecision()
-        trips.append(PodTrip(best.id, station.id))
-        able.remove(best)
-        for sku, number in missing.items():
-            if sku in best.contents:
-                missing[sku] = max(number - best.free_items(sku), 0)
+        best = nearest(warehouse, stock, able[items == items.max()], station)
+        trips.append(PodTrip(best, station.id))
+        able = able[able != best]
+        entries = slice(*stock.of_pod[best : best + 2].tolist())
+        missing[stock.sku[entries]] -= np.minimum(stock.items[entries], missing[stock.sku[entries]])
     return JointDecision([OrderAssignment(order.id, station.id)], trips)

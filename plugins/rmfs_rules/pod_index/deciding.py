@@ -10,6 +10,7 @@ import numpy as np
 from rmfs_core import JointDecision, OrderAssignment, PodTrip
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.warehouse import CAPACITY, columns_of, shown, stock_of
+from rmfs_rules.helpers.sending import load
 from rmfs_rules.pod_index.period import MOST_STEPS, NEVER, NONE, Ints, Weights, quiet_until
 from rmfs_rules.pod_index.turns import decide
 
@@ -91,6 +92,7 @@ def wake_s(warehouse: WarehouseView, weights: Weights) -> float | None:
 
 def prepare(weights: Weights) -> None:
     """Load compiled code, or compile it."""
+    load()
     lines, stock, capacities = columns_of((), 1), stock_of((), 1), shown(np.zeros(1, CAPACITY))
     columns = tuple(lines), tuple(stock), tuple(weights), capacities
     decide(*columns, NONE, NOWHERE, np.zeros((1, 1), np.int64), 0, 0)
