@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip, SolveReport
-from rmfs_core.warehouse import CAPACITY, columns_of, stock_of
+from rmfs_core.warehouse import columns_of, stock_of
 from rmfs_rules.helpers.late import assign_late
 from rmfs_rules.helpers.pairs import places_taken
 from rmfs_rules.helpers.parameters import POSITIVE, parameter
@@ -48,7 +48,7 @@ class ByPeriods:
         """Load what is compiled, or compile it."""
         lines, stock, none, one = columns_of((), 1), stock_of((), 1), _pairs(()), np.ones(1, np.int64)
         choice = Choice(
-            lines, none[None, :0, 0], one[:0], np.zeros((1, 0), np.int32), np.zeros(1, CAPACITY), one / 1, NO_FLAGS, 1.0
+            lines, none[None, :0, 0], one[:0], np.zeros((1, 0), np.int32), one, one, one, one, one / 1, NO_FLAGS, 1.0
         )
         order_search.begin(none, 1, choice)
         order_search.take_all(none, choice)
@@ -86,7 +86,9 @@ class Period:
         self._supply = np.zeros(0, np.int64)
         if not warehouse.unlimited_stock:
             self._supply = np.bincount(self._stock.sku, self._stock.items, warehouse.n_skus).astype(np.int64)
-        self._capacities, self._endless = warehouse.capacities, np.full(len(self._stations), np.inf)
+        of_stations = [(s.free_capacity, s.load, s.capacity, s.counts_orders) for s in self._stations]
+        self._of_stations = np.array(of_stations, np.int64).reshape(-1, 4).T.copy()
+        self._endless = np.full(len(of_stations), np.inf)
         self._visits = sum(len(station.inbound_pods) for station in self._stations if station.free_capacity)
         self._ticks: Ints | None = None  # from each pod, by station
         self._placed = places_taken(warehouse)
@@ -97,9 +99,10 @@ class Period:
         for pod, station in sent:
             entries = slice(*stock.of_pod[pod : pod + 2].tolist())
             at[station, stock.sku[entries]] += stock.items[entries]
+        free, load, capacity, counting = self._of_stations.copy()
         choice = Choice(
             self.lines, at, self._supply.copy(), np.zeros((len(at), len(self.lines.items)), np.int32),
-            self._capacities.copy(), self._endless if until is None else until, self._placed, self._largest,
+            free, load, capacity, counting, self._endless if until is None else until, self._placed, self._largest,
         )  # fmt: skip
         order_search.begin(_pairs(chosen), self._most, choice)
         return choice
@@ -128,7 +131,7 @@ class Period:
             late.extend(found)
             return bool(found)
 
-        assign_late(self.warehouse, self._max_wait_s, choice.stations["free"], assign)
+        assign_late(self.warehouse, self._max_wait_s, choice.free, assign)
         return [*late, *order_search.fill(self.rows, oldest, NO_NOISE, choice)]
 
     def refilled(self, orders: Ints, kept: Chosen, sent: Sent, noise: Ints) -> Chosen:
@@ -158,7 +161,7 @@ class Period:
             if not able:
                 return further
             row, rest = int(rest[found]), rest[found + 1 :]
-            for station in sorted(able, key=lambda at: (choice.stations[at]["load"], at)):
+            for station in sorted(able, key=lambda at: (choice.load[at], at)):
                 if self.warehouse.unlimited_stock or self.serve([*chosen, *further, (row, station)], sent):
                     order_search.take_all(_pairs([(row, station)]), choice)
                     further.append((row, station))
@@ -173,13 +176,12 @@ class Period:
         if len(self.rows) <= number:
             return self.rows
         choice, found, items = self.choice(sent, []), {row for row, _ in chosen}, self.lines.items[self.rows]
-        taking = np.flatnonzero(choice.stations["free"] > 0).tolist()
+        taking = np.flatnonzero(choice.free > 0).tolist()
         for at in taking:
             lacks = choice.lacks[at, self.rows].astype(np.int64)
-            there = choice.stations[at]
-            shared = np.ones_like(items) if there["counts_orders"] else items
-            sizes = np.where(shared > self._largest, there["capacity"], shared)
-            able = np.flatnonzero((lacks < OUT) & (sizes <= there["free"]))
+            shared = np.ones_like(items) if choice.counts_orders[at] else items
+            sizes = np.where(shared > self._largest, choice.capacity[at], shared)
+            able = np.flatnonzero((lacks < OUT) & (sizes <= choice.free[at]))
             first = able[np.argsort(lacks[able] * SCALE // shared[able], kind="stable")[: number // len(taking)]]
             choice.lacks[:, self.rows[first]] += OUT
             found.update(self.rows[first].tolist())
@@ -223,7 +225,7 @@ class Period:
 
         At a station that counts orders, a free slot counts times the items of the largest order.
         """
-        free: list[int] = self._capacities["free"].tolist()
+        free: list[int] = self._of_stations[0].tolist()
         for row, station in chosen:
             order = self.warehouse.order(int(self.lines.order_id[row]))
             free[station] -= self.warehouse.size_at(order, self._stations[station])
