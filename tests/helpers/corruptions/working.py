@@ -99,7 +99,7 @@ def a_trip_of_a_pod_that_is_carried_elsewhere(raw: Raw) -> None:
 
 @kind
 def a_pod_carried_to_another_location(raw: Raw) -> None:
-    raw.one(ELSEWHERE)["cell"] = next_of(raw.free_locations())
+    raw.one(ELSEWHERE)["cell"] = raw.free_location
 
 
 # Lines and visits
