@@ -456,10 +456,12 @@ def test_whatever_is_wrong_with_what_goes_on_is_a_sentence(
         table[last] = wrong
     file = tmp_path_factory.mktemp("wrong") / "state.json"
     file.write_text(json.dumps(state))
+    begun = f"instance.state_file={file}", f"run.until_s={at_s + 5}"
     try:
-        simulate(*WORLDS[world], f"rules.pp={pp}", f"instance.state_file={file}", f"run.until_s={at_s + 5}")
+        simulate(*WORLDS[world], f"rules.pp={pp}", *begun, out=file.with_name("out"))
     except InputError as error:
         assert str(error).startswith((f"{file}, run", f"{file}, packing", f"{file}, orders", "instance.state_file: r"))
+        assert not file.with_name("out").exists()
     except RunError as error:  # with next to nothing in its battery
         assert "has no charge left" in str(error)
 

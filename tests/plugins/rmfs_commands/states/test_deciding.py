@@ -37,6 +37,12 @@ def test_a_joint_rule_in_a_state_by_hand(by_hand: dict[str, Any]) -> None:
     assert answer.outcome == Outcome(orders=2, items=4, visits=2, unused=0, uncovered=0)
 
 
+@pytest.mark.parametrize("rule", ["pod-match", "demand", "integrated"])
+def test_nothing_is_decided_where_nothing_is(by_hand: dict[str, Any], rule: str) -> None:
+    answer = decide(state_from_dict(by_hand | {"pods": {}, "orders": {}}), RuleChoice(rule))
+    assert not any(answer.decision.values())
+
+
 def test_a_joint_rule_in_a_state_that_other_rules_left(by_hand: dict[str, Any], tmp_path: Path) -> None:
     """A request that no pod is on its way for yet is not the joint rule's fault, but no excuse for its own orders."""
     by_hand["stations"]["north"]["requests"] = [{"order": "B", "sku": "jam"}] * 2
@@ -319,10 +325,15 @@ def test_it_remembers_nothing(once: str, tmp_path: Path, by_hand: dict[str, Any]
     assert capsys.readouterr().out == "loaded\n"
 
 
-@pytest.mark.parametrize("name", ["first-come", "random"])
-def test_a_wrong_parameter_is_told_at_once(name: str) -> None:
-    with pytest.raises(InputError, match=r"^rule.nonsense: .* has no parameter `nonsense`"):
-        Decider(RuleChoice(name, {"nonsense": 1}))
+@cases(
+    "name parameter problem",
+    ("first-come", "nonsense", r"^rule.nonsense: .* has no parameter `nonsense`"),
+    ("random", "nonsense", r"^rule.nonsense: .* has no parameter `nonsense`"),
+    ("pod-index", "finish", r"^rule.finish: expected a number >= 0, found -1"),
+)
+def test_a_wrong_parameter_is_told_at_once(name: str, parameter: str, problem: str) -> None:
+    with pytest.raises(InputError, match=problem):
+        Decider(RuleChoice(name, {parameter: -1}))
 
 
 def test_a_file_that_has_changed(once: str, tmp_path: Path, by_hand: dict[str, Any]) -> None:
