@@ -122,6 +122,8 @@ def test_a_run_goes_on_as_if_it_had_not_been_stopped(
         if name not in SAME and not name.startswith(WITHOUT):
             assert (name, rest.metrics[name]) == (name, value)
     turnover = [row["turnover_s"] for row in rest.orders if row["completed_s"] > at_s]
+    if not turnover:  # all orders are picked already, and not all packed
+        return
     assert rest.metrics["turnover_s"] == pytest.approx(sum(turnover) / len(turnover))
     told = rest.summary["bottleneck"]
     before = sum(max(at_s - row["arrival_s"], 0) for row in rest.orders if row["completed_s"] > at_s)
@@ -435,18 +437,19 @@ def saved(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 
 
 @settings(max_examples=60)
-@given(st.data(), st.sampled_from(STOPPED), st.sampled_from(WRONG))
+@given(st.integers(0, 9_999), st.sampled_from(STOPPED), st.sampled_from(WRONG))
 def test_whatever_is_wrong_with_what_goes_on_is_a_sentence(
     tmp_path_factory: pytest.TempPathFactory,
     saved: dict[str, Any],
-    data: st.DataObject,
+    number: int,
     stop: tuple[str, str, float],
     wrong: object,
 ) -> None:
     """The run goes on, or is refused with the state's file and the key: no other error, whatever was changed."""
     world, pp, at_s = stop
     state = copy.deepcopy(saved[world])
-    *within, last = data.draw(st.sampled_from([*paths(state["run"])]))
+    places = [*paths(state["run"])]
+    *within, last = places[number % len(places)]
     table = reduce(operator.getitem, within, state["run"])
     if wrong is REMOVED:
         del table[last]
