@@ -100,7 +100,8 @@ def format_module(name: str) -> Any:
     ``csv`` is described by `rmfs_core.world.instance_making.reader`; ``tables`` has ``Tables``, an observer with each
     table's rows, and ``TABLE_FILES``, their files and columns; ``results`` writes and shows a `Result`, ``recorders``
     makes recorders and the observers of every run, ``problems`` says what keeps an instance from being run, ``drawing``
-    shows a layout, ``reaching`` checks that all of it can be reached, ``toml`` reads TOML and finds the line of a key.
+    shows a layout, ``reaching`` checks that all of it can be reached, ``toml`` reads TOML and finds the line of a key,
+    ``states`` writes states, ``overrides`` reads ``--set``, ``endings`` says how a run ended, ``files`` writes texts.
     """
     return load(chosen(FORMATS, None, name), f"format {name}", "format")
 
@@ -114,7 +115,7 @@ def process(name: str, place: str) -> Any:
     stations: ``follow``, ``keep``. ``outages`` takes robots, stations and chargers out of service: ``follow``,
     ``check``, ``update``, ``repaired``, ``charge``. ``battery`` is a function of scenario and travel times; it returns
     what makes a robot's battery, given a clock: ``charging``, ``share``, ``low``, ``lift``, ``drive``, ``stand``,
-    ``ticks_to``. ``state`` lets a run begin in a state.
+    ``ticks_to``. ``state`` lets a run begin in a state. States, halls and reports ask for more: subclass ours.
     """
     return load(chosen(PROCESSES, None, name), place, "process")
 

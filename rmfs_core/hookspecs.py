@@ -390,7 +390,7 @@ class ObserverHooks:
         Parameters
         ----------
         event
-            One of the classes of `rmfs_core.events`; frozen.
+            One of the classes of `rmfs.events`; frozen.
         """
 
     @hookspec

@@ -73,6 +73,7 @@ def soak(planner: str, orders: int, per_hour: float) -> None:
     print(f"  {result.status} after {days:.1f} days, {days * DAY_S / cpu_s:,.0f} simulated s per CPU s", flush=True)
     print(f"  {resident_mb():.0f} MB with the results", flush=True)
     if len(watch.days) <= SETTLED:
+        print("  too short to tell growth", flush=True)
         sys.exit(result.status != "complete")
     (before, first), (after, last) = watch.days[SETTLED - 1], watch.days[-1]
     growth_kb = 1000 * (after - before) / max(last - first, 1)

@@ -100,9 +100,9 @@ def run(
         if saver is not None:
             prepared.simulation.at_horizon = saver.save
         prepared.simulate()
-        if isinstance(prepared.error, InputError) and prepared.simulation.now == prepared.simulation.context.began:
-            raise prepared.error  # of the state that it begins in, or a recorder: nothing has happened
         result = prepared.conclude()
+        if isinstance(prepared.error, InputError) and not prepared.simulation.started:
+            raise prepared.error  # of the state that it begins in, or a recorder
         if prepared.folder is not None:
             result.save(prepared.folder)
     if isinstance(prepared.error, RunError):
@@ -138,10 +138,9 @@ class PreparedRun:
 
     def simulate(self) -> None:
         """Let the simulation run, and take note of how it ended."""
-        started, thresholds = time.perf_counter(), gc.get_threshold()
-        gc.set_threshold(thresholds[0] and max(thresholds[0], 50_000), *thresholds[1:])  # a run makes few cycles
+        started = time.perf_counter()
         try:
-            with _interrupts_between_events(self.simulation):
+            with _undisturbed(self.simulation):
                 self.simulation.run()
             self.status = self.simulation.status
             self.interrupted = self.status == "partial"
@@ -149,7 +148,6 @@ class PreparedRun:
             self.interrupted = self.simulation.interrupted or is_interrupt(error)
             if not is_interrupt(error):
                 self.status, self.error = "failed", error
-        gc.set_threshold(*thresholds)
         self.wall_s = time.perf_counter() - started
 
     def conclude(self) -> Result:
@@ -189,21 +187,25 @@ class PreparedRun:
 
 
 @contextmanager
-def _interrupts_between_events(simulation: Simulation) -> Iterator[None]:
-    """Let Ctrl-C end a run when all are told of an event, not in the middle of it; pressed again, at once."""
+def _undisturbed(simulation: Simulation) -> Iterator[None]:
+    """Let Ctrl-C end a run between two events, pressed again at once; look for cycles of objects less often."""
 
     def first(_signal: int, _frame: object) -> None:
         simulation.interrupted = True
         signal.signal(signal.SIGINT, before)
 
-    before = signal.getsignal(signal.SIGINT)
+    before, looks = signal.getsignal(signal.SIGINT), gc.get_threshold()
     known = before is signal.default_int_handler or getattr(before, "ends_runs", False)  # the handler of `rmfs`
-    ours = known and current_thread() is main_thread()
+    ours, seldom = known and current_thread() is main_thread(), 0 < looks[0] < 50_000
     if ours:
         signal.signal(signal.SIGINT, first)
     try:
+        if seldom:
+            gc.set_threshold(50_000, *looks[1:])
         yield
     finally:
+        if seldom:
+            gc.set_threshold(*looks)
         if ours:
             signal.signal(signal.SIGINT, before)
 

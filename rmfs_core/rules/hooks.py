@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Collection, Iterable, Mapping
+from types import FunctionType, MethodType
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import attrs
 import pluggy
@@ -34,8 +34,8 @@ def new_manager() -> pluggy.PluginManager:
     return manager
 
 
-_options = new_manager().parse_hookimpl_opts
-_of_class: WeakKeyDictionary[type, dict[str, Any]] = WeakKeyDictionary()
+MARK, MARKED = "rmfs_impl", (FunctionType, MethodType, staticmethod, classmethod)
+"""Attribute in which ``@hookimpl`` leaves its options, and what can have it."""
 OBSERVER_HOOKS = frozenset(name for name in vars(ObserverHooks) if not name.startswith("_"))
 ARGUMENTS: Mapping[str, tuple[str, ...]] = {
     name: tuple(inspect.signature(function).parameters)[1:]
@@ -52,13 +52,13 @@ def marked_methods(plugin: object) -> dict[str, str]:
 
 
 def _marked(plugin: object) -> dict[str, Any]:
-    """Return the options of marks by method; each class is looked through once."""
+    """Return the options of marks by method; nothing of a class or object is evaluated."""
     kind = plugin if isinstance(plugin, type) else type(plugin)
-    if kind not in _of_class:
-        _of_class[kind] = {name: options for name in dir(kind) if (options := _options(kind, name))}
-    own = {} if plugin is kind else getattr(plugin, "__dict__", {})
-    of_class = {name: options for name, options in _of_class[kind].items() if name not in own}
-    return of_class | {name: options for name in own if (options := _options(plugin, name))}
+    found: dict[str, Any] = {}
+    for one in (*reversed(kind.__mro__), plugin):
+        found |= getattr(one, "__dict__", {})
+    marked = {name: one for name, one in found.items() if isinstance(one, MARKED) and hasattr(one, MARK)}
+    return {name: getattr(one, MARK) for name, one in marked.items()}
 
 
 def roles_of(rule: type) -> tuple[Role, ...]:

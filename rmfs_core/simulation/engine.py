@@ -99,7 +99,7 @@ class Simulation:
         self.shifts = self._asked_for("hours", "stations.open", opening.hours)
         self.supply = self._asked_for("supply", "instance.replenishment", instance.restocked)
         self.packing = self._asked_for("packing", "packing", opening.warehouse.packing)
-        self.status, self.interrupted, self._begun = "partial", False, begun
+        self.status, self.started, self.interrupted, self._begun = "partial", False, False, begun
         self.at_horizon: Callable[[Simulation], None] = lambda _: None
         """Is called where ``run.until_s`` ends the run, before robots under way are put anywhere."""
 
@@ -142,6 +142,7 @@ class Simulation:
             When a rule misbehaves, or orders are left and nothing will ever happen again.
         """
         self.start()
+        self.started = True
         until, decisions = self.scenario.run.until_s, self.decisions
         end = math.inf if until is None else to_ticks(until) + 1
         orders, warehouse, peek, step = len(self.warehouse.orders), self.warehouse, self.env.peek, self.env.step

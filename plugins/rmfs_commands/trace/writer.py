@@ -43,7 +43,7 @@ First line, the header::
                       was known, or null
 
 Then one line an event, in the order in which they happened: ``e``, the event's class in lower case with underscores,
-and the fields of that class in `rmfs_core.events` (where each is documented), ``tick`` first. Left out is ``wall_s``
+and the fields of that class in `rmfs.events` (where each is documented), ``tick`` first. Left out is ``wall_s``
 of ``decision_made``: equal runs have equal traces. ``decides`` is ``"POA"``, ``"PPS"``, ``"POA+PPS"``, ``"ROA"``,
 ``"RPS"`` or ``"ROA+RPS"``.
 

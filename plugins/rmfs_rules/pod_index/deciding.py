@@ -32,7 +32,7 @@ def weights_of(rule: Any) -> Weights:
         base_ticks=to_ticks(rule.base_s),
         packing=False,
         priority=np.array([float(rule.priority_factor) ** steps for steps in range(-MOST_STEPS, MOST_STEPS + 1)]),
-        least=np.power(np.arange(MOST_SECONDS, dtype=np.float64), max(rule.finish, 0.0)),  # checked after this
+        least=np.power(np.arange(MOST_SECONDS, dtype=np.float64), rule.finish),
     )
 
 

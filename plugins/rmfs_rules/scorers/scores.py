@@ -37,7 +37,8 @@ class PodScores:
     rng
         Draws lots.
     rule
-        The rule, whose parameters are the weights of the parts of a score.
+        The rule, whose parameters are the weights of the parts of a score: `Completes`, `WorkAmount` or
+        `Lexicographic`, or one with the same parameters as far as its scores read them.
     """
 
     def __init__(self, warehouse: WarehouseView, rng: np.random.Generator, rule: Any) -> None:

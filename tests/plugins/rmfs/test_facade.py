@@ -11,7 +11,6 @@ import rmfs
 import rmfs_core
 
 MODULES = {
-    "events": "rmfs_core.events",
     "gym": "rmfs_commands.gym",
     "helpers": "rmfs_rules.helpers",
     "layouts": "rmfs_commands.layouts",
@@ -33,6 +32,14 @@ def test_a_module_has_the_names_of_the_one_behind_it(module: str, target: str) -
     ours, theirs = import_module(f"rmfs.{module}"), import_module(target)
     assert ours.__all__ == theirs.__all__ != []
     assert all(getattr(ours, name) is getattr(theirs, name) for name in theirs.__all__)
+
+
+def test_all_events_are_there() -> None:
+    ours, kernel, processes = map(import_module, ("rmfs.events", "rmfs_core.events", "rmfs_commands.processes.events"))
+    assert ours.__all__ == [*kernel.__all__, *processes.__all__]
+    there = [one for module in (kernel, processes) for one in vars(module).values() if isinstance(one, type)]
+    events = {one.__name__ for one in there if issubclass(one, kernel.Event)}
+    assert {name for name in events if not name.startswith("_")} <= {*ours.__all__}
 
 
 def test_a_name_that_is_not_there_is_an_attribute_error() -> None:

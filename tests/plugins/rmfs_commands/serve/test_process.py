@@ -128,8 +128,8 @@ def test_nothing_outlives_a_service_that_is_killed(spawning, state, rmfs) -> Non
 def test_a_first_decision_that_never_returns(spawning: Path) -> None:
     async def run() -> None:
         rule = "{ rule = './spawning.py:Spawning', always = true }"
-        process = RuleProcess([rule], limit_s=0.5, start_s=4)
-        with pytest.raises(EndedError, match=r"the rules were not loaded, or one did not decide, within 4 s"):
+        process = RuleProcess([rule], limit_s=0.5, start_s=8)
+        with pytest.raises(EndedError, match=r"the rules were not loaded, or one did not decide, within 8 s"):
             await process.start()
         assert process.pid is None
 

@@ -122,6 +122,7 @@ def test_a_run_goes_on_as_if_it_had_not_been_stopped(
         if name not in SAME and not name.startswith(WITHOUT):
             assert (name, rest.metrics[name]) == (name, value)
     turnover = [row["turnover_s"] for row in rest.orders if row["completed_s"] > at_s]
+    assert rest.metrics["orders_completed"] == len(turnover)
     if not turnover:  # all orders are picked already, and not all packed
         return
     assert rest.metrics["turnover_s"] == pytest.approx(sum(turnover) / len(turnover))
@@ -129,7 +130,7 @@ def test_a_run_goes_on_as_if_it_had_not_been_stopped(
     before = sum(max(at_s - row["arrival_s"], 0) for row in rest.orders if row["completed_s"] > at_s)
     assert sum(told["turnover_parts_s"].values()) == pytest.approx(rest.metrics["turnover_s"])
     assert told["turnover_parts_s"]["before"] == pytest.approx(before / len(turnover))
-    assert told["completed"] == len(turnover) == rest.metrics["orders_completed"]
+    assert told["completed"] == len(turnover)
     assert told["orders_time_s"] == pytest.approx((sum(turnover) - before) / len(turnover))
     assert min(*told["turnover_parts_s"].values(), *told["causes_percent"].values()) >= 0
 
