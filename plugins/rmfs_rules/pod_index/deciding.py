@@ -25,6 +25,8 @@ NOTHING, NOWHERE = JointDecision(), np.zeros((1, 0), np.bool_)
 def weights_of(rule: Any) -> Weights:
     """Return the parameters of a `PodIndex` as compiled code takes them."""
     seconds_and_shares = {name: float(getattr(rule, name)) for name in Weights._fields[:11]}
+    with np.errstate(divide="ignore"):  # a negative exponent, which is refused after this
+        least = np.power(np.arange(MOST_SECONDS, dtype=np.float64), rule.finish)
     return Weights(
         **seconds_and_shares,
         most_pods=rule.most_pods,
@@ -32,7 +34,7 @@ def weights_of(rule: Any) -> Weights:
         base_ticks=to_ticks(rule.base_s),
         packing=False,
         priority=np.array([float(rule.priority_factor) ** steps for steps in range(-MOST_STEPS, MOST_STEPS + 1)]),
-        least=np.power(np.arange(MOST_SECONDS, dtype=np.float64), rule.finish),
+        least=least,
     )
 
 

@@ -151,8 +151,9 @@ class PodIndex:
     )
     # What the warehouse was like when nothing could be decided, and the tick until which nothing can as long as it is
 
-    def __attrs_post_init__(self) -> None:
-        self._weights = weights_of(self)
+    @_weights.default
+    def _as_compiled(self) -> Weights:
+        return weights_of(self)
 
     @hookimpl
     def assign_orders_and_pods(self, warehouse: WarehouseView) -> JointDecision:
