@@ -20,6 +20,8 @@ from rmfs_core.errors import InputError
 from rmfs_core.scenario import load_scenario
 from rmfs_rules.switch import Case, Switch
 
+CITATION = Path(__file__).parents[4] / "CITATION.cff"
+
 
 def test_bibtex_json_and_bad_input(capsys: pytest.CaptureFixture[str]) -> None:
     main(["cite", "pod-index"])
@@ -62,12 +64,14 @@ def test_a_file_of_rules_alone_has_the_sources_of_these(tmp_path: Path) -> None:
 
 
 def test_a_release_has_its_year_and_the_project_its_address(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sources, "version", lambda _: "0.1.0")
+    released = re.search(r"^version: (.+)\ndate-released: (\d+)", CITATION.read_text(encoding="utf-8"), re.MULTILINE)
+    assert released is not None
+    monkeypatch.setattr(sources, "version", lambda _: released[1])
     monkeypatch.setattr(sources, "metadata", lambda _: Message())
-    assert cited([])[0].reference.fields["year"] == "2026"
-    monkeypatch.setattr(sources, "version", lambda _: "0.1.1.dev0")
+    assert cited([])[0].reference.fields["year"] == released[2]
+    monkeypatch.setattr(sources, "version", lambda _: f"{released[1]}.dev0")
     entry = cited([])[0].reference
-    assert (entry.fields["note"], entry.fields["year"], entry.fields["url"]) == ("Version 0.1.1.dev0", "", "")
+    assert (entry.fields["note"], entry.fields["year"], entry.fields["url"]) == (f"Version {released[1]}.dev0", "", "")
     assert "year" not in entry.bibtex()
     found = Message()
     found["Project-URL"] = "Repository, https://example.org/rmfs"
