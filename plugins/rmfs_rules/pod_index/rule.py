@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from attrs import define, field, setters, validators
+from attrs import define, field, validators
 
 from rmfs_core import JointDecision, hookimpl
-from rmfs_core.clock import to_seconds
 from rmfs_rules.helpers import OVERSIZE_WAIT_S
 from rmfs_rules.helpers.oversize import Oversize, with_oversize
 from rmfs_rules.helpers.packing import MOST_WORK, room_to_split
 from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, POSITIVE, SHARE, parameter
 from rmfs_rules.pod_index.alone import assign_alone, assign_whole
 from rmfs_rules.pod_index.deciding import NOTHING, decision, prepare, quiet, ticks_to, waiting, wake_s, weights_of
-from rmfs_rules.pod_index.period import NEVER, Ints, Weights
+from rmfs_rules.pod_index.period import Ints, Weights
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Pod, Station, WarehouseView
+    from rmfs_core.warehouse import Station, WarehouseView
     from rmfs_core.world.travel import Travel
 
 
@@ -146,10 +145,6 @@ class PodIndex:
     _weights: Weights = field(init=False, eq=False, repr=False)
     _stations: tuple[Station, ...] = field(default=(), init=False, eq=False, repr=False)
     _ticks: Ints = field(init=False, eq=False, repr=False)  # driving times to these, which never change in a run
-    _quiet: tuple[object, int, tuple[Pod, ...], int] = field(
-        default=(None, 0, (), 0), init=False, eq=False, repr=False, on_setattr=setters.NO_OP
-    )
-    # What the warehouse was like when nothing could be decided, and the tick until which nothing can as long as it is
 
     @_weights.default
     def _as_compiled(self) -> Weights:
@@ -158,29 +153,22 @@ class PodIndex:
     @hookimpl
     def assign_orders_and_pods(self, warehouse: WarehouseView) -> JointDecision:
         """Take lines and send pods, one after another, until the slots are taken or left free."""
-        if not warehouse.backlog_size or self._quiet_until(warehouse) > warehouse.now_tick:
+        if not warehouse.backlog_size:
             return NOTHING
-        lines, now = warehouse.lines, warehouse.now_tick
+        lines = warehouse.lines
         if lines.quantity[lines.quantity.argmax()] <= warehouse.largest_capacity:  # `max` takes ten times as long
-            decided, until = self._decide(warehouse)
-            if until > now and not warehouse.filtered:
-                self._quiet = warehouse.stations, warehouse.version, warehouse.leaving_pods, until
-            return decided
+            return self._decide(warehouse)
         return with_oversize(
             warehouse,
             Oversize.of(warehouse, self.max_wait_s, splits=True, over_time=True),
-            lambda without: self._decide(warehouse, without)[0],
+            lambda without: self._decide(warehouse, without),
             lambda large: assign_alone(warehouse, large.order, large.station),
         )
 
     @hookimpl
     def wake_at(self, warehouse: WarehouseView) -> float | None:
         """Return when the ages of the lines of a pod will add up, if a station could take it then."""
-        if not warehouse.backlog_size:
-            return None
-        if (until := self._quiet_until(warehouse)) > warehouse.now_tick:
-            return None if until == NEVER else to_seconds(until)
-        return wake_s(warehouse, self._weights)
+        return wake_s(warehouse, self._weights) if warehouse.backlog_size else None
 
     def prepare(self, travel: Travel) -> None:
         """Load the compiled period, or compile it, and search for the ways to the stations."""
@@ -188,26 +176,17 @@ class PodIndex:
         for station in travel.layout.stations:
             travel.times_to(station.station, True)
 
-    def _quiet_until(self, warehouse: WarehouseView) -> int:
-        """Return the tick until which nothing can be decided, as far as that is known."""
-        stations, version, leaving, until = self._quiet
-        if until <= warehouse.now_tick or version != warehouse.version or warehouse.filtered:
-            return 0
-        return until if stations is warehouse.stations and leaving == warehouse.leaving_pods else 0
-
-    def _decide(self, warehouse: WarehouseView, without: Station | None = None) -> tuple[JointDecision, int]:
-        """Decide about all orders that need no station of their own; return that, and `quiet` in what is like now."""
+    def _decide(self, warehouse: WarehouseView, without: Station | None = None) -> JointDecision:
+        """Decide about all orders that need no station of their own."""
         if self._stations is not warehouse.stations:
             self._stations, self._ticks = warehouse.stations, ticks_to(warehouse.stations, warehouse)
         now, boxes, weights = warehouse.now_tick, warehouse.free_boxes, waiting(warehouse, self._weights)
-        if (until := quiet(warehouse, weights, without)) > now and boxes is None:
-            return NOTHING, until
         room, decided = room_to_split(warehouse, self.packing_capacity, self.packing_work_s), NOTHING
-        if until <= now:
+        if quiet(warehouse, weights, without) <= now:
             decided = decision(warehouse, weights, self._ticks, room, without)
         if boxes is None or room != 0 or decided.assignments or decided.trips:
-            return decided, now
+            return decided
         decided = assign_whole(warehouse, self.most_pods, without)
         if not decided.assignments and (large := Oversize.left(warehouse)) is not None:
             decided = assign_alone(warehouse, large.order, large.station)
-        return decided, now
+        return decided
