@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
@@ -13,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.clock import TICKS_PER_S
-from rmfs_core.warehouse import Lines, columns_of, stock_of
+from rmfs_core.warehouse import Lines, Order, columns_of, stock_of
+from rmfs_core.world import OrderData
 from rmfs_rules.helpers import sending
 from rmfs_rules.helpers.sending import Ids, ticks_from, worth
 from rmfs_rules.scorers.sums import completed, served
@@ -114,35 +114,16 @@ class PodScores:
     def _here(self, station: Station) -> Lines:
         """Return what the uncovered requests of a station want, of orders in the order of their first requests."""
         if station.id not in self._lines:
-            requests = self._uncovered(station)
-            orders = [*{request.order.id: request.order for request, _ in requests}.values()]
-            row, counted = {order.id: row for row, order in enumerate(orders)}, Counter[tuple[int, int]]()
-            for request, number in requests:
-                counted[row[request.order.id], request.sku] += number
-            told = [(*pair, number) for pair, number in sorted(counted.items())]
-            order, sku, items = np.array(told, np.int64).reshape(-1, 3).T
-            by_sku, of_sku = np.argsort(sku, kind="stable"), np.bincount(sku, minlength=self._warehouse.n_skus)
-            open_lines = np.bincount(order, minlength=len(orders))
-            lines = Lines(
-                order_id=np.array([order.id for order in orders]),
-                arrival_s=np.array([order.arrival_s for order in orders]),
-                due_s=np.array([math.inf if order.due_s is None else order.due_s for order in orders]),
-                priority=np.array([order.priority for order in orders]),
-                items=np.bincount(order, items, len(orders)).astype(np.int64),
-                open_lines=open_lines,
-                begin=np.concatenate(([0], open_lines.cumsum())),
-                order=order,
-                sku=sku,
-                quantity=items,
-                first=of_sku.cumsum() - of_sku,
-                number=of_sku,
-                listed_order=order[by_sku],
-                listed_items=items[by_sku],
-                row=np.zeros(0, np.int64),
-            )
-            for column in lines:
-                column.setflags(write=False)  # as those of the backlog: one type for compiled code
-            self._lines[station.id] = lines
+            wanted: dict[Order, Counter[int]] = {}
+            for request, number in self._uncovered(station):
+                wanted.setdefault(request.order, Counter())[request.sku] += number
+            orders = [
+                Order(
+                    of.id, OrderData("", tuple(held.items()), arrival_tick=of.arrival_tick, due_tick=of.due_tick), int
+                )
+                for of, held in wanted.items()
+            ]
+            self._lines[station.id] = columns_of(orders, self._warehouse.n_skus)
         return self._lines[station.id]
 
     def _uncovered(self, station: Station) -> list[tuple[Request, int]]:
