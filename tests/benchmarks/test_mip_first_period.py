@@ -16,6 +16,7 @@ import pytest
 from attrs import evolve
 
 import rmfs_core
+from mip_periods import holding
 from rmfs_core.scenario import load_scenario
 from rmfs_core.simulation.setup import open_warehouse
 from rmfs_core.warehouse import WarehouseView
@@ -111,7 +112,7 @@ def made_period(orders: int, skus: int, pods: int, per_pod: int, stations: int) 
     contents = tuple(tuple(sorted(set(rng.choice(skus, per_pod, p=popularity).tolist()))) for _ in range(pods))
     order = np.repeat(np.arange(orders), rng.geometric(0.4, orders))
     line = np.unique(order * skus + rng.choice(skus, len(order), p=popularity))
-    stock = Stock.holding(contents, skus)
+    stock = holding(contents, skus)
     every, none = tuple(range(orders)), ((),) * stations
     table = (line // skus, line % skus, np.ones(len(line), dtype=np.int64))
     return Period(stock, tuple(range(stations)), (15,) * stations, none, every, *table)

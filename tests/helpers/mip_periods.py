@@ -11,21 +11,30 @@ from rmfs_rules.mip.period.period import Period, Stock
 from rmfs_rules.mip.period.solution import Model
 
 
+def holding(pods: Sequence[Sequence[int] | Mapping[int, int]], n_skus: int) -> Stock:
+    """Return pods with unlimited items of some SKUs each, or with so many of each."""
+    finite = any(isinstance(held, Mapping) for held in pods)
+    entries = [(p, i, held[i] if finite else 1) for p, held in enumerate(pods) for i in sorted(held)]
+    pod, sku, number = np.array([entry for entry in entries if entry[2]], np.int64).reshape(-1, 3).T
+    return Stock(range(len(pods)), n_skus, pod, sku, number if finite else None)
+
+
 def period_of(
     orders: Sequence[Sequence[int]],
     pods: Sequence[Sequence[int] | Mapping[int, int]],
     slots: Sequence[int] = (3,),
     there: Sequence[Sequence[int]] = (),
+    n_skus: int = 9,
     **changes: Any,
 ) -> Period:
-    """Return a period of at most nine SKUs.
+    """Return a period of lines of one item.
 
     From the SKUs of each order, those of each pod or its numbers of items, the free slots of each station and the pods
     there, and what else is so.
     """
     lines = [(order, sku, 1) for order, skus in enumerate(orders) for sku in skus]
     return Period(
-        Stock.holding(pods, 9),
+        holding(pods, n_skus),
         tuple(range(len(slots))),
         tuple(slots),
         tuple(map(tuple, there))[: len(slots)] or ((),) * len(slots),
@@ -48,7 +57,7 @@ def random_period(seed: int) -> Period:
     capacity = (1, 3, 7)[seed % 3]
     inbound = [tuple(sorted(rng.choice(n_pods, rng.integers(0, 3), replace=False).tolist())) for _ in range(n_stations)]
     return Period(
-        Stock.holding(contents, n_skus),
+        holding(contents, n_skus),
         tuple(range(n_stations)),
         tuple(int(c) for c in rng.integers(1, capacity + 1, n_stations)),
         tuple(inbound),
@@ -64,21 +73,15 @@ def splitting_period(seed: int, orders: int, stations: int, skus: int) -> Period
     """Return orders of one to five lines that want splitting, with no pods at the stations (as at t = 1) or some."""
     rng = np.random.default_rng(seed)
     longest = min(5, skus // 2)
-    lines = [
-        (order, int(sku), 1)
-        for order in range(orders)
-        for sku in sorted(rng.choice(skus, int(rng.integers(1, longest + 1)), replace=False))
-    ]
+    lines = [sorted(rng.choice(skus, int(rng.integers(1, longest + 1)), replace=False).tolist()) for _ in range(orders)]
     contents = tuple(tuple(sorted(rng.choice(skus, 2 + seed % 2, replace=False).tolist())) for _ in range(8))
     inbound = tuple((int(pod),) if seed % 2 else () for pod in rng.integers(0, 8, stations))
-    return Period(
-        Stock.holding(contents, skus),
-        tuple(range(stations)),
+    return period_of(
+        lines,
+        contents,
         (longest,) * stations if seed % 3 else (longest + 1, *[2] * (stations - 1)),
         inbound,
-        tuple(range(orders)),
-        *np.array(lines, dtype=np.int64).T,
-        busy=tuple(sorted({pod for pods in inbound for pod in pods})),
+        skus,
         begun=tuple(bool(b) for b in rng.random(orders) < 0.3) if seed % 4 > 1 else (),
         split_open=seed % 3,
     )
@@ -100,7 +103,7 @@ def scarce_period(seed: int) -> Period:
     items = [{int(sku): int(rng.integers(0, most_free)) for sku in skus} for skus in held]
     inbound = [tuple(sorted(rng.choice(n_pods, rng.integers(0, 3), replace=False).tolist())) for _ in range(n_stations)]
     return Period(
-        Stock.holding(items, n_skus),
+        holding(items, n_skus),
         tuple(range(n_stations)),
         tuple(int(c) for c in rng.integers(1, 6, n_stations)),
         tuple(inbound) if seed % 3 else ((),) * n_stations,

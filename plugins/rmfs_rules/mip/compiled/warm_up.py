@@ -16,7 +16,7 @@ MOST_WORK = 1000
 
 def load() -> None:
     """Load the searches, or compile them: two stations, two pods and two orders of one line are searched."""
-    stock = Stock.holding([[0], [1]], 2)
+    stock = Stock(range(2), 2, [0, 1], [0, 1])
     lines = np.arange(2)
     period = Period(stock, (0, 1), (1, 1), ((), ()), (0, 1), lines, lines, (1, 1))
     arrays, _ = arrays_of(Reduced(period, Model.INTEGRATED))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -93,14 +93,6 @@ class Stock:
         some = stock.items > 0
         number = None if warehouse.unlimited_stock else stock.items[some]
         return cls(range(len(stock.at)), warehouse.n_skus, stock.pod[some], stock.sku[some], number)
-
-    @classmethod
-    def holding(cls, pods: Sequence[Iterable[int] | Mapping[int, int]], n_skus: int) -> Stock:
-        """Return pods 0, 1, ... with unlimited items of some SKUs each, or with so many of each."""
-        pod, sku = np.array([(p, i) for p, held in enumerate(pods) for i in sorted(held)], np.int64).reshape(-1, 2).T
-        number = [held[i] for held in pods if isinstance(held, Mapping) for i in sorted(held)]
-        stock = cls(range(len(pods)), n_skus, pod, sku)
-        return stock.with_items(_integers(number)) if any(isinstance(held, Mapping) for held in pods) else stock
 
     def with_items(self, number: NDArray[np.int64]) -> Stock:
         """Return the same with other numbers of items of each entry, also none."""

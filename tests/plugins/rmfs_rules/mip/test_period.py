@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cases import cases
-from mip_periods import period_of, random_period
+from mip_periods import holding, period_of, random_period
 from rmfs_commands.testing import small_world
 from rmfs_core.warehouse import WarehouseView
 from rmfs_rules.mip.compiled.arrays import arrays_of
@@ -91,8 +91,7 @@ def test_types_count_the_orders(periods, model):
 
 def test_what_no_station_can_take_is_left_out():
     """An order of three items, stations of two slots: integrated drops it, the split models do not."""
-    lines = np.array([[0, 0, 1], [0, 1, 1], [0, 2, 1], [1, 3, 1]]).T
-    period = Period(Stock.holding([(0, 1, 2)], 4), (0, 1), (2, 2), ((), ()), (0, 1), *lines)
+    period = period_of([[0, 1, 2], [3]], [(0, 1, 2)], (2, 2))
     assert Reduced(period, INTEGRATED).orders == ()
     assert Reduced(period, AMONG).orders == (0,)  # order 1 wants what no pod has
     assert Reduced(period, OVER_TIME).orders == (0,)
@@ -173,7 +172,7 @@ def test_counts_become_lines_of_orders(three):
     assert set(parts_of(over_time, Counts(((0, 0),)))) == {Part(0, 0, (0,)), Part(1, 0, (0,))}
     assert parts_of(over_time, Counts(((0, 0),), splits_limited=True)) == ()
     lines = np.array([[0, 0, 2], [1, 0, 2]]).T
-    period = Period(Stock.holding([[0]], 1), (0, 1), (2, 2), ((), ()), (10, 11), *lines)
+    period = Period(holding([[0]], 1), (0, 1), (2, 2), ((), ()), (10, 11), *lines)
     counts = Counts(((0, 0), (0, 1)), split={0: 2}, lines={((0, 2), 0): 1, ((0, 2), 1): 1})
     assert parts_of(Reduced(period, AMONG), counts) == (Part(0, 0, (0,)), Part(1, 1, (0,)))
 
@@ -243,8 +242,7 @@ def test_items_move_between_pods():
 
     A third finds none, and nothing changes; of an order all lines find slots, or none.
     """
-    lines = np.array([[0, 0, 1], [1, 0, 1], [2, 0, 1]]).T
-    shared = Period(Stock.holding([{0: 1}, {0: 1}], 1), (0, 1), (1, 1), ((0, 1), (0,)), (0, 1, 2), *lines)
+    shared = period_of([[0], [0], [0]], [{0: 1}, {0: 1}], (1, 1), [(0, 1), (0,)])
     slots = Slots.from_stock(shared, ())
     assert not slots.add_all([0, 0, 0])
     assert slots.free == [1, 1]
@@ -262,7 +260,7 @@ def test_items_move_between_pods():
 def two_fixture() -> Period:
     """Return two stations; order 10 wants two of SKU 0 and one of SKU 1, order 11 one of SKU 0."""
     lines = np.array([[0, 0, 2], [0, 1, 1], [1, 0, 1]]).T
-    return Period(Stock.holding([[0], [1]], 2), (0, 1), (3, 2), ((), ()), (10, 11), *lines)
+    return Period(holding([[0], [1]], 2), (0, 1), (3, 2), ((), ()), (10, 11), *lines)
 
 
 def test_the_objective_is_visits_and_free_places(two):

@@ -13,6 +13,7 @@ from cases import cases
 from mip_periods import (
     brute_force,
     brute_force_from_stock,
+    holding,
     period_of,
     putwall_period,
     random_period,
@@ -20,7 +21,7 @@ from mip_periods import (
     splitting_period,
 )
 from rmfs_rules.mip.period.effort import EFFORT, EFFORT_HARD, EFFORT_LARGE, Effort
-from rmfs_rules.mip.period.period import Period, Preference, Stock
+from rmfs_rules.mip.period.period import Period, Preference
 from rmfs_rules.mip.period.reduction import Reduced
 from rmfs_rules.mip.period.solution import Model, Part, Solution, Visits, newly_split
 from rmfs_rules.mip.printed.constraints import violation
@@ -162,7 +163,7 @@ def test_finish_is_the_best_of_all_optima(stations, seed):
     at = tuple((int(rng.integers(3)),) if rng.random() < 0.6 else () for _ in range(stations))
     rooms = tuple(rng.integers(1, 4, stations).tolist())
     columns = zip(*sorted(lines), strict=True)
-    period = Period(Stock.holding(contents, 4), tuple(range(stations)), rooms, at, (0, 1, 2), *map(list, columns))
+    period = Period(holding(contents, 4), tuple(range(stations)), rooms, at, (0, 1, 2), *map(list, columns))
     proof = proof_of(period, Model.SPLIT_OVER_TIME, 2, Limits())
     objective = proof.run().objective
     found = break_ties(proof, "finish")
@@ -287,13 +288,12 @@ def test_packing_capacity(period):
 
 def test_too_few_items_are_named():
     """Two orders want SKU 0 at different stations, and the pod that goes to both has one item of it."""
-    lines = np.array([[0, 0, 1], [1, 0, 1]]).T
     sent = solution([(0, 0, (0,)), (1, 1, (0,))], visits=((0, 0), (0, 1)))
     for items, said in (
         (1, "stock: the pods at the stations and sent to them have too few free items of SKU id 0"),
         (2, None),
     ):
-        period = Period(Stock.holding([{0: items}], 1), (0, 1), (2, 1), ((0,), ()), (10, 11), *lines)
+        period = period_of([[0], [0]], [{0: items}], (2, 1), [(0,), ()])
         for model in Model:
             assert violation(period, sent, model, 2) == said
 
@@ -463,7 +463,7 @@ def test_effort_that_is_enough_or_the_same(small_periods):
 def test_large_periods_get_less():
     """By default a period with more pods or SKUs than the paper's gets less effort."""
     period = random_period(1)
-    more = Period(Stock.holding([[0]] * 101, 1), (0,), (1,), ((),), (0,), [0], [0], [1])
+    more = period_of([[0]], [[0]] * 101)
     assert Effort.for_period(period, None).left == EFFORT
     assert Effort.for_period(more, None).left == EFFORT_LARGE
     assert Effort.for_period(more, 7).left == 7
@@ -565,7 +565,7 @@ def test_plentiful_stock_is_unlimited_stock(periods, model):
     """Where each pod has as much as the period can take from it, the solution is the same to the last visit."""
     for period in periods[::3]:
         most = sum(period.capacities)
-        stock = Stock.holding(
+        stock = holding(
             [dict.fromkeys(period.stock.skus_of(pod).tolist(), most) for pod in period.stock.pods], period.stock.n_skus
         )
         plentiful = evolve(period, stock=stock)
@@ -575,9 +575,8 @@ def test_plentiful_stock_is_unlimited_stock(periods, model):
 
 def test_pods_share_lines_and_items():
     """Three items of a line come from two pods; a pod at two stations has an item for two orders, wherever they go."""
-    line, lines = np.array([[0, 0, 3]]).T, np.array([[order, 0, 1] for order in range(3)]).T
-    large = Period(Stock.holding([{0: 2}, {0: 1}, {0: 1}], 1), (0,), (3,), ((),), (0,), *line)
-    shared = Period(Stock.holding([{0: 2}], 1), (0, 1), (2, 2), ((0,), (0,)), (0, 1, 2), *lines)
+    large = evolve(period_of([[0]], [{0: 2}, {0: 1}, {0: 1}]), line_quantity=[3])
+    shared = period_of([[0], [0], [0]], [{0: 2}], (2, 2), [(0,), (0,)])
     for model in Model:
         solution = optimum(large, model)
         assert (solution.objective, len(solution.visits)) == (2, 2)

@@ -22,7 +22,7 @@ from rmfs_rules.mip.compiled.spreading import FOUND, next_that_fills, sets_that_
 from rmfs_rules.mip.compiled.stacking import fill as filled
 from rmfs_rules.mip.compiled.stacking import fill_with_few_splits, newly_split
 from rmfs_rules.mip.period.effort import Effort
-from rmfs_rules.mip.period.period import Period, Stock
+from rmfs_rules.mip.period.period import Period
 from rmfs_rules.mip.period.placing import Slots
 from rmfs_rules.mip.period.reduction import Reduced, masks_of
 from rmfs_rules.mip.period.solution import Model, Part, Solution, Visits, items_of, objective_of
@@ -297,10 +297,10 @@ def test_giving_up_proves_nothing_false(all_periods):
 def test_many_stations(stations):
     """Up to seven stations fit the packed vectors; with more, the search stays out and the optimum is found as well."""
     rng = np.random.default_rng(stations)
-    lines = [(order, int(sku), 1) for order in range(9) for sku in rng.choice(8, 2, replace=False)]
-    stock = Stock.holding([(sku, (sku + 3) % 8) for sku in range(6)], 8)
-    rooms, inbound = (2, *[1] * (stations - 1)), tuple((int(pod),) for pod in rng.integers(0, 6, stations))
-    period = Period(stock, tuple(range(stations)), rooms, inbound, tuple(range(9)), *np.array(lines).T)
+    orders = [rng.choice(8, 2, replace=False).tolist() for _ in range(9)]
+    there = [[int(pod)] for pod in rng.integers(0, 6, stations)]
+    pods = [(sku, (sku + 3) % 8) for sku in range(6)]
+    period = period_of(orders, pods, (2, *[1] * (stations - 1)), there)
     reduced = Reduced(period, AMONG)
     assert FewestVisits(reduced, 2, ENDLESS).possible == (stations <= 7)
     optimum = printed_optimum(period, AMONG)
@@ -312,10 +312,9 @@ def test_many_stations(stations):
 def test_pods_are_exchanged_until_no_fewer_do(seed):
     """Seven visits are found of up to 31, and the orders are served as the model says."""
     rng = np.random.default_rng(seed)
-    contents = tuple(tuple(sorted(rng.choice(150, 6, replace=False).tolist())) for _ in range(80))
-    lines = [(o, int(i), 1) for o in range(80) for i in sorted(rng.choice(150, rng.integers(1, 5), replace=False))]
-    stock, orders = Stock.holding(contents, 150), tuple(range(80))
-    period = Period(stock, (0, 1, 2), (12, 12, 12), ((), (), ()), orders, *np.array(lines).T)
+    contents = [rng.choice(150, 6, replace=False).tolist() for _ in range(80)]
+    orders = [sorted(rng.choice(150, rng.integers(1, 5), replace=False).tolist()) for _ in range(80)]
+    period = period_of(orders, contents, (12, 12, 12), n_skus=150)
     found = FewestVisits(Reduced(period, AMONG), 2, 0).quickly(1, 32)
     proof = proof_of(period, AMONG, 2, LIMITS)
     proof.offer(*found, "greedy")
