@@ -21,7 +21,6 @@ from rich.text import Text
 
 import rmfs_core
 from cases import cases
-from rmfs_commands.cli.display import duration
 from rmfs_commands.cli.grids import Grid, file_name, grid_csv
 from rmfs_commands.cli.latex import COLUMN_PT, TEXT_PT, latex_text, to_latex, width_pt, write_grid
 from rmfs_commands.cli.main import main
@@ -117,12 +116,6 @@ def test_names_beside_what_they_are(width: int) -> None:
     assert lines[-1] == ("a-long-name  [brackets]" if width == 80 else "    [brackets]")
 
 
-def test_a_line_is_printed_as_it_is() -> None:
-    stream = io.StringIO()
-    say(Console(file=stream, width=20), "a [run] of " + 30 * "x")
-    assert stream.getvalue() == "a [run] of " + 30 * "x" + "\n"
-
-
 def test_json_of_objects(capsys: pytest.CaptureFixture[str]) -> None:
     @frozen
     class Thing:
@@ -131,20 +124,6 @@ def test_json_of_objects(capsys: pytest.CaptureFixture[str]) -> None:
 
     print_json({"things": [Thing("a", (1.5, float("inf")))], "none": None})
     assert json.loads(capsys.readouterr().out) == {"things": [{"name": "a", "parts": [1.5, "inf"]}], "none": None}
-
-
-def test_names_in_tables_are_no_markup(capsys: pytest.CaptureFixture[str]) -> None:
-    table = new_table("[/a]")
-    table.add_column("Rule [b]")
-    table.add_row("[/mine]")
-    output_console().print(table)
-    printed = capsys.readouterr().out
-    assert all(name in printed for name in ("[/a]", "Rule [b]", "[/mine]"))
-
-
-@pytest.mark.parametrize(("seconds", "text"), [(0, "0:00:00"), (3599.6, "1:00:00"), (36_061, "10:01:01")])
-def test_durations(seconds: float, text: str) -> None:
-    assert duration(seconds) == text
 
 
 HIDE_CURSOR, SHOW_CURSOR, ERASE_LINE = "\x1b[?25l", "\x1b[?25h", "\x1b[1A\x1b[2K"
@@ -157,24 +136,10 @@ EVENTS = (
 )
 
 
-def test_plain_lines_tell_the_same_of_equal_runs(tiny: RunInfo) -> None:
-    stream = io.StringIO()
-    progress = run_display(Console(file=stream, width=20), "a [run]")
-    assert isinstance(progress, RunLines)
-    progress.run_started(tiny)
-    for event in EVENTS:
-        progress.on_event(event)
-    progress.run_ended(21_000, "partial")
-    assert stream.getvalue().splitlines() == [
-        "a [run]: 2 orders, 2 SKUs, 2 pods, 2 stations, 2 robots, seed 7",
-        " 50 %  0:00:21 simulated, 2 picks, 1.00 visits per order, pile-on 2.00",
-        "partial: 1 of 2 orders, 0:00:21 simulated",
-    ]
-
-
 def test_plain_lines_fit_80_columns(tiny: RunInfo) -> None:
     stream = io.StringIO()
-    progress = RunLines("paper-2000-split-among-stations", Console(file=stream))
+    progress = run_display(Console(file=stream), "paper-2000-split-among-stations")
+    assert isinstance(progress, RunLines)
     progress.run_started(evolve(tiny, instance=evolve(tiny.instance, orders=tiny.instance.orders * 5000)))
     progress.counts = RunCounts(total=10_000, orders=8999, picks=99_998, visits=99_999, picks_at=[0, 0])
     progress.counts.stopped_early = 1000
@@ -437,13 +402,6 @@ def table() -> Table:
     for row in (("one", "yes"), ("", ""), ("another", "no")):
         made.add_row(*row)
     return made
-
-
-def test_a_table_keeps_its_columns_and_loses_its_blanks() -> None:
-    plain, found = trimmed_text(table(), trimmed=False), trimmed_text(table())
-    assert plain != found
-    assert found == "".join(f"{line.rstrip()}\n" for line in plain.splitlines())
-    assert found.splitlines()[2] == ""
 
 
 @cases(

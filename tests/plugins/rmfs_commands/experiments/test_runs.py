@@ -12,7 +12,6 @@ from typing import Any
 import pytest
 from attrs import evolve
 
-import rmfs_core
 from calling import refusal
 from cases import cases
 from rmfs_commands.experiments import Experiment, Job
@@ -408,13 +407,6 @@ def test_other_versions_or_code_at_a_worker_are_no_result(job: Job) -> None:
         assert (outcome.result, outcome.error) == (None, f"the worker has {error}")
 
 
-def test_a_run_that_completes(experiment: Write, folder: object) -> None:
-    outcome = simulate(experiment().jobs()[1])
-    assert outcome.result.metrics == rmfs_core.run(f"{folder}/tiny.toml", seed=2).metrics
-    assert (outcome.error, outcome.error_kind) == (None, None)
-    assert outcome.run_s >= outcome.result.timing["wall_s"] > 0
-
-
 def test_no_error_gets_through(job: Job, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("rmfs_commands.experiments.outcome.run", lambda scenario: 1 / 0)
     outcome = simulate(job)
@@ -436,10 +428,3 @@ def test_figures_are_flat(job: Job) -> None:
     assert row.keys() == {*labels(job), "status", "error", "error_kind", *figures, "key"}
     assert (row["picks"], row["wall_s"], row["hook_s.plan_path"], row["run_s"]) == (7, 2.0, 0.5, 2.5)
     assert (row["status"], row["error"], row["key"]) == ("complete", None, job.key)
-
-
-def test_a_metric_hides_nothing(job: Job) -> None:
-    row = row_of(job, content({"seed": -5.5, "wall_s": 9.0, "own": 1}, {"wall_s": 2.0}), NOTE)
-    assert (row["seed"], row["metrics.seed"]) == (1, -5.5)
-    assert (row["wall_s"], row["metrics.wall_s"]) == (2.0, 9.0)
-    assert row["own"] == 1

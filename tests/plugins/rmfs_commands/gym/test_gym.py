@@ -191,24 +191,6 @@ def test_reset_never_begins_a_run_without_a_choice() -> None:
     assert all(env.reset()[1]["action_mask"].any() for _ in range(5))
 
 
-def test_slots_stand_for_what_the_choice_says() -> None:
-    def choice(decides: str) -> Any:
-        env = made(decides)
-        env.reset()
-        return env.choice
-
-    pods, robots, cells, orders = (choice(decides) for decides in ("PPS", "TA", "PR", "POA"))
-    assert all(pod.id == slot for slot, pod in pods.options.items())
-    assert pods.subject.uncovered_requests
-    assert all(robot.id == slot and robot.idle for slot, robot in robots.options.items())
-    assert robots.subject.bound_for
-    assert sorted(cells.options) == list(cells.options)
-    assert sorted(cells.options.values()) == list(cells.options.values())
-    assert cells.subject.robot is not None
-    assert all(station.id == slot % 2 for slot, (_, station) in orders.options.items())
-    assert {slot // 2: order.id for slot, (order, _) in orders.options.items()} == {i: i for i in range(10)}
-
-
 def test_several_kinds_of_decisions_alternate(tmp_path: Path) -> None:
     """A caller that chooses as two rules do gives their files byte for byte; only slots of the kind asked are allowed.
 

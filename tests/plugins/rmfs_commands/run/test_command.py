@@ -56,12 +56,6 @@ def test_out_set_and_trace(folder: Path) -> None:
     assert (folder / "here" / "it" / "is" / "trace.jsonl.gz").exists()
 
 
-def test_quiet_prints_nothing(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    assert exit_code("run", "small.toml", "--quiet") == 0
-    assert tuple(capfd.readouterr()) == ("", "")
-    assert (folder / "rmfs-runs" / "small-seed1" / "result.json").exists()
-
-
 def test_a_run_that_reaches_its_horizon_says_what_it_leaves(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert exit_code("run", "small.toml", "--set", "run.until_s=60", "--set", "run.warmup_s=90", "--out", "out") == 0
     printed = " ".join(capsys.readouterr().out.split())
@@ -166,14 +160,6 @@ def test_json_is_all_that_is_printed(folder: Path, capsys: pytest.CaptureFixture
     printed = json.loads(capsys.readouterr().out)
     assert printed.pop("folder") == "out"
     assert printed == json.loads(Path("out/result.json").read_text(encoding="utf-8"))
-
-
-def test_a_rule_from_the_current_folder_with_a_shipped_scenario(folder, capsys) -> None:
-    few = ("examples/small", "--set", "instance.orders=5", "--set", "rules.pr=./bad.py:Bad")
-    assert exit_code("run", *few, "--out", "out") == 1
-    err = capsys.readouterr().err
-    assert f"Loading code from {folder}/bad.py." in err
-    assert "out of ideas" in err
 
 
 def test_robots_and_stations_that_never_meet_are_said_before_and_after(folder, capsys) -> None:
