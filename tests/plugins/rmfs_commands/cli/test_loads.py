@@ -108,14 +108,6 @@ def test_the_end_of_a_run_is_a_limit() -> None:
     assert note.startswith("Note: the run ends after 0.5 h (`run.until_s`), and pickers are not done before ")
 
 
-def test_orders_that_are_refilled_have_no_hours() -> None:
-    scenario = load_scenario("examples/poisson", ["instance.arrivals={process='refill', backlog=5}"])
-    instance = make_instance(scenario)
-    pickers = loads(scenario, instance, make_layout(scenario))[0]
-    assert pickers.percent is None
-    assert pickers.wanted_h == pytest.approx(sum(order.items for order in instance.orders) * 13 / 3600)
-
-
 @pytest.mark.parametrize(
     ("overrides", "there_h"), [((), 2 * 3 * 2.5), (('packing.open=[["00:00", "01:00"]]',), 2 * 3 * 0.5)]
 )
@@ -159,14 +151,6 @@ def test_bundles_are_work_for_those_who_store_them(also: bool) -> None:
     assert [load.who for load in found] == ["pickers", "robots", *([] if also else ["replenishment stations"])]
     assert ("bundles" in found[0].work) == also
     assert " and bundle" in found[1].work
-
-
-def test_chargers_have_a_load() -> None:
-    scenario = load_scenario("examples/charging")
-    found = loads(scenario, make_instance(scenario), make_layout(scenario))
-    assert [load.who for load in found] == ["pickers", "robots", "chargers"]
-    assert found[2].number == 2
-    assert [load.percent for load in found[:2]] < [100, 100] < [found[2].percent]
 
 
 def test_hours_out_of_service_are_none() -> None:

@@ -13,7 +13,7 @@ from calling import exit_code
 from cases import cases
 from installed import RMFS
 from rmfs_commands.cli.choices import option_named, parse_choice, with_parameters
-from rmfs_commands.cli.description import RuleDescription, installed_rules, sections
+from rmfs_commands.cli.description import RuleDescription, installed_rules
 from rmfs_commands.cli.rules import rules
 from rmfs_commands.cli.single_rule import load_rule
 from rmfs_commands.details.catalogue import CATALOGUE
@@ -203,29 +203,6 @@ def test_a_rule_that_cannot_be_used_says_why(install: Callable[..., None], sourc
     assert error in rule.error
     assert (rule.decides, rule.parameters) == ((), ())
     assert described("demand").error is None
-
-
-def test_rules_are_sorted_by_what_they_decide() -> None:
-    rules = [rule for rule in installed_rules() if rule.distribution == "rmfs"]
-    firsts = list(dict.fromkeys(rule.decides[0] for rule in rules))
-    assert firsts[:2] == ["POA", "PPS"]
-    assert [rule.decides[0] for rule in rules] == sorted((r.decides[0] for r in rules), key=firsts.index)
-    names = [rule.name for rule in rules if rule.decides == ("POA",)]
-    assert names == sorted(names)
-
-
-def test_docstrings_and_references_are_shown() -> None:
-    def shown(reference: str) -> str:
-        return RuleDescription("x", "rmfs", "1", reference=reference).short_references()
-
-    assert shown("A. Uthor: A report, 1999.\nMore.") == "A. Uthor: A report, 1999."
-    assert (
-        shown("arXiv:1706.09347. https://doi.org/10.1/a, doi:10.1/a. DOI: 10.2/b") == "arXiv:1706.09347\n10.1/a\n10.2/b"
-    )
-    assert shown("") == ""
-    doc = "Summary.\n\nParameters\n----------\na\n    First.\n\nReferences\n----------\nSomebody."
-    assert sections(doc) == {"Parameters": "a\n    First.", "References": "Somebody."}
-    assert sections("Summary.") == {}
 
 
 def test_choices() -> None:

@@ -13,7 +13,6 @@ from installed import RMFS
 from rmfs_commands.cli.checking import check_scenario, load_checked
 from rmfs_commands.cli.main import main
 from rmfs_commands.cli.schema import scenario_schema
-from rmfs_commands.cli.shipped import print_shipped, summary
 from rmfs_commands.cli.toml_scenario import to_toml
 from rmfs_commands.layouts import parse_map
 from rmfs_core.errors import InputError
@@ -94,14 +93,6 @@ def test_a_map_reads_back_as_the_same_layout(name: str, capsys: pytest.CaptureFi
     assert (again.width, again.height, again.stations) == (layout.width, layout.height, layout.stations)
     assert (again.kind == layout.kind).all()
     assert (again.moves == layout.moves).all()
-
-
-def test_overrides_count(capsys: pytest.CaptureFixture[str]) -> None:
-    _, out, _ = run(capsys, "scenario", "map", "examples/small", "--set", "layout.stations_east=1")
-    assert out.count("O") == 1
-    code, out, _ = run(capsys, "scenario", "check", "examples/small", "--set", "layout.stations_east=1")
-    valid = "examples/small is valid: 50 orders of 130 items, 20 SKUs, 30 pods, 1 station, 4 robots.\n"
-    assert (code, out.partition("Load of")[0]) == (0, valid)
 
 
 @pytest.mark.parametrize("width", [60, 80, 140])
@@ -456,20 +447,6 @@ def files(tmp_path: Path) -> dict[str, Path]:
     for name, text in texts.items():
         found[name].write_text(text, encoding="utf-8")
     return found
-
-
-def test_names_and_summaries_of_files(files, tmp_path, capsys) -> None:
-    assert [summary(file) for file in files.values()] == ["What a is for.", "Another", ""]
-    longer = tmp_path / "longer.toml"
-    longer.write_text("# What it is\n# for.\n#\n# Details.\nseed = 1\n", encoding="utf-8")
-    assert summary(longer) == "What it is for."
-    empty = tmp_path / "empty.toml"
-    empty.write_text("", encoding="utf-8")
-    assert summary(empty) == ""
-    print_shipped(files, as_json=False)
-    assert capsys.readouterr().out == "a          What a is for.\nlong-name  Another\nnone\n"
-    print_shipped({}, as_json=False)
-    assert capsys.readouterr().out == ""
 
 
 @pytest.mark.parametrize("name", shipped_scenarios())

@@ -10,12 +10,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from attrs import evolve, frozen
+from attrs import evolve
 from hypothesis import given
 from hypothesis import strategies as st
 from rich import box
 from rich.console import Console, RenderableType
-from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
@@ -26,7 +25,6 @@ from rmfs_commands.cli.latex import COLUMN_PT, TEXT_PT, latex_text, to_latex, wi
 from rmfs_commands.cli.main import main
 from rmfs_commands.cli.notes import notes_console
 from rmfs_commands.cli.progress import (
-    MOST_SLOTS,
     RISING,
     RISING_ASCII,
     RunCounts,
@@ -38,7 +36,7 @@ from rmfs_commands.cli.progress import (
     run_display,
     waits_for,
 )
-from rmfs_commands.cli.screen import new_table, output_console, print_described, print_json, print_named, say
+from rmfs_commands.cli.screen import new_table, output_console, print_named, say
 from rmfs_commands.cli.summary import PROFILE, gaps_of, print_profile, print_summary
 from rmfs_commands.cli.trimming import WithoutTrailingBlanks
 from rmfs_commands.cli.visible import VisibleSigns
@@ -104,26 +102,6 @@ def test_a_pipe_is_80_columns_wide(monkeypatch: pytest.MonkeyPatch, capsys: pyte
     monkeypatch.setenv("COLUMNS", "120")
     output_console().print(table)
     assert 100 < max(map(len, capsys.readouterr().out.splitlines())) <= 120
-
-
-@pytest.mark.parametrize("width", [30, 80])
-def test_names_beside_what_they_are(width: int) -> None:
-    stream = io.StringIO()
-    print_described(Console(file=stream, width=width), {"a": 12 * "word ", "a-long-name": "[brackets]"})
-    lines = [line.rstrip() for line in stream.getvalue().splitlines()]
-    assert max(map(len, lines)) <= width
-    assert lines[0] == (f"a            {11 * 'word '}word" if width == 80 else "a")
-    assert lines[-1] == ("a-long-name  [brackets]" if width == 80 else "    [brackets]")
-
-
-def test_json_of_objects(capsys: pytest.CaptureFixture[str]) -> None:
-    @frozen
-    class Thing:
-        name: str
-        parts: tuple[float, ...]
-
-    print_json({"things": [Thing("a", (1.5, float("inf")))], "none": None})
-    assert json.loads(capsys.readouterr().out) == {"things": [{"name": "a", "parts": [1.5, "inf"]}], "none": None}
 
 
 HIDE_CURSOR, SHOW_CURSOR, ERASE_LINE = "\x1b[?25l", "\x1b[?25h", "\x1b[1A\x1b[2K"
@@ -194,16 +172,6 @@ def test_the_live_display_can_be_closed_twice(tiny: RunInfo) -> None:
     assert given_back.endswith(ERASE_LINE)
     progress.close()
     assert stream.getvalue() == given_back
-
-
-@given(st.lists(st.integers(0, 10_000_000), max_size=60).map(sorted))
-def test_every_pick_is_in_the_throughput_once(ticks: list[int]) -> None:
-    throughput = Throughput(slot_s=1)
-    for tick in ticks:
-        throughput.add(tick)
-    assert sum(throughput.picks) == len(ticks)
-    assert len(throughput.picks) <= MOST_SLOTS
-    assert len(throughput.line(10_000_000, 10, RISING)) in ((0,) if not ticks else range(11))
 
 
 def test_the_throughput_of_two_minutes_and_an_idle_third() -> None:
@@ -402,17 +370,6 @@ def table() -> Table:
     for row in (("one", "yes"), ("", ""), ("another", "no")):
         made.add_row(*row)
     return made
-
-
-@cases(
-    "what expected",
-    (Text("  two  words  "), "  two  words\n"),
-    (Text("first \n\n  third "), "first\n\n  third\n"),
-    (Padding(Text("inside"), (1, 2)), "\n  inside\n\n"),
-    (Text(""), "\n"),
-)
-def test_blanks_before_and_between_words_stay(what: RenderableType, expected: str) -> None:
-    assert trimmed_text(what) == expected
 
 
 def test_lines_and_styles_stay() -> None:

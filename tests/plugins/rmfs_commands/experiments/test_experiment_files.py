@@ -50,37 +50,6 @@ def one(folder: Path) -> Experiment:
     )
 
 
-def test_every_combination_is_a_run(one: Experiment) -> None:
-    jobs = one.jobs()
-    assert [(job.instance, job.rule_set, job.seed) for job in jobs] == [
-        (f"instance.orders={orders}", rule_set, seed)
-        for orders in (4, 6)
-        for rule_set in ("plain", "other")
-        for seed in (3, 5)
-    ]
-    last = jobs[-1]
-    assert (last.scenario.instance.orders, last.scenario.seed) == (6, 5)
-    assert last.scenario.rules.poa.rule == "first-come"
-    assert last.axes == {"scenario": "tiny", "instance.orders": 6}
-    assert str(last) == "instance.orders=6, other, seed 5"
-    assert len({job.key for job in jobs}) == len(jobs)
-
-
-def test_an_instance_is_called_by_what_tells_it_apart(one: Experiment) -> None:
-    base = one.bases[0]
-    two = (base, evolve(base, name="again"))
-    assert {job.instance for job in evolve(one, axes=()).jobs()} == {"tiny"}
-    assert {
-        job.instance for job in evolve(one, bases=two, axes=(Axis("robots.count", points("robots.count", 1)),)).jobs()
-    } == {"tiny, robots.count=1", "again, robots.count=1"}
-
-
-def test_equal_runs_have_equal_keys(one: Experiment) -> None:
-    same = evolve(one, rule_sets=(*one.rule_sets, RuleSetChoice("again", {"rules.poa": "first-come"})))
-    keys = {name: [job.key for job in same.jobs() if job.rule_set == name] for name in ("plain", "other", "again")}
-    assert keys["other"] == keys["again"] != keys["plain"]
-
-
 @cases(
     "changes problem",
     ({"metrics": ("picks", "picks")}, "metrics: found picks twice; expected each once"),
@@ -194,10 +163,6 @@ DUE_METRICS = ("missed_percent", "cost_per_order")
 def test_metrics_are_those_of_a_horizon_where_an_axis_sets_one(experiment, more, metrics) -> None:
     text = 'base = "tiny.toml"\nseeds = [1]\nbaseline = "a"\n[[rule_sets]]\nname = "a"\n'
     assert experiment(text + more).metrics == metrics
-
-
-def test_the_name_is_the_files_unless_it_says_otherwise(experiment: Write) -> None:
-    assert experiment(name="my-trial.toml").name == "my-trial"
 
 
 def test_lists_of_rules_make_a_rule_set_for_each_choice(experiment: Write) -> None:
@@ -363,13 +328,6 @@ def test_a_key_that_is_there_twice_is_named() -> None:
 @pytest.fixture
 def tiny(folder: Path) -> Scenario:
     return load_scenario(folder / "tiny.toml")
-
-
-def test_joint_rules_take_the_place_of_separate_ones(tiny: Scenario) -> None:
-    joint = resolve(tiny, {"rules.poa_pps": "integrated"}, ".", "test")
-    assert (joint.rules.poa, joint.rules.pps) == (None, None)
-    back = resolve(joint, {"rules.poa": "first-come", "rules.pps.rule": "demand"}, ".", "test")
-    assert back.rules.poa_pps is None
 
 
 def test_single_parameters_of_the_bases_rule_can_be_set(tiny: Scenario) -> None:

@@ -24,7 +24,7 @@ from rmfs_commands.experiments import Experiment, Job, Row, RuleSetChoice, Watch
 from rmfs_commands.experiments.experiment import HORIZON_METRICS
 from rmfs_commands.experiments.local import LocalWorkers
 from rmfs_commands.experiments.outcome import simulate
-from rmfs_commands.experiments.progress import ExperimentLines, ExperimentPanel, experiment_display
+from rmfs_commands.experiments.progress import ExperimentLines, ExperimentPanel
 from rmfs_commands.experiments.running import open_workers
 from rmfs_commands.experiments.store import RunStore
 from rmfs_commands.experiments.workers import WorkerDiedError
@@ -398,17 +398,6 @@ def test_plain_lines(experiment: Write) -> None:
     assert lines[6:] == ["trial: bounds of 3 instances and seeds"]
 
 
-def test_no_more_runs_are_under_way_than_there_are_slots(experiment: Write) -> None:
-    console = Console(width=80, force_terminal=False)
-    progress = ExperimentLines("trial", console)
-    with console.capture() as capture:
-        progress.started(8, 0, 2)
-        for job in experiment().jobs()[:3]:
-            progress.run_started(job)
-        progress.ended()
-    assert "2 running" in capture.get()
-
-
 def test_the_live_display(experiment: Write) -> None:
     console = Console(width=100, height=40, force_terminal=True, color_system=None)
     progress = ExperimentPanel("trial", console)
@@ -430,11 +419,6 @@ def test_the_live_display(experiment: Write) -> None:
     assert "first-come" in text
     assert "Failed: tiny, pod-match, seed 2: no idea" in text
     assert max(len(line) for line in text.splitlines() if line.startswith("│")) <= 100
-
-
-def test_the_display_suits_where_it_goes() -> None:
-    assert isinstance(experiment_display(Console(force_terminal=True), "x"), ExperimentPanel)
-    assert isinstance(experiment_display(Console(force_terminal=False), "x"), ExperimentLines)
 
 
 LONGER = TWO_RULES.replace("[1, 2]", "{ count = 6 }\naxes = { instance.orders = [100] }")

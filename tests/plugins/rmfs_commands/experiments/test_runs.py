@@ -18,7 +18,6 @@ from rmfs_commands.experiments import Experiment, Job
 from rmfs_commands.experiments.bounds import PACKAGES
 from rmfs_commands.experiments.keys import digest_of, rules_of, run_key
 from rmfs_commands.experiments.outcome import Outcome, simulate
-from rmfs_commands.experiments.rows import labels, row_of
 from rmfs_commands.experiments.sources import changed_since, sources_of, sources_of_world
 from rmfs_commands.experiments.store import RunStore
 from rmfs_core import RuleError, run
@@ -414,17 +413,5 @@ def test_no_error_gets_through(job: Job, monkeypatch: pytest.MonkeyPatch) -> Non
     assert outcome.error == "ZeroDivisionError: division by zero"
 
 
-NOTE = {"error_kind": None, "run_s": 2.5}
-
-
 def content(metrics: Mapping[str, Any], timing: Mapping[str, Any], **others: Any) -> dict[str, Any]:
     return {"status": "complete", "metrics": metrics, "timing": timing, **others}
-
-
-def test_figures_are_flat(job: Job) -> None:
-    timing = {"wall_s": 2.0, "hook_s": {"plan_path": 0.5}}
-    row = row_of(job, content({"picks": 7}, timing), NOTE)
-    figures = {"picks", "run_s", "wall_s", "hook_s.plan_path"}
-    assert row.keys() == {*labels(job), "status", "error", "error_kind", *figures, "key"}
-    assert (row["picks"], row["wall_s"], row["hook_s.plan_path"], row["run_s"]) == (7, 2.0, 0.5, 2.5)
-    assert (row["status"], row["error"], row["key"]) == ("complete", None, job.key)

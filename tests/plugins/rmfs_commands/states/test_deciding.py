@@ -8,39 +8,19 @@ import pytest
 from bad_rules import write_rule
 from cases import cases
 from rmfs_commands.states import Decider, Outcome, decide, state_from_dict
-from rmfs_commands.states.answers import answer_from, answer_to_dict, report_to_dict
+from rmfs_commands.states.answers import answer_from, answer_to_dict
 from rmfs_commands.states.decider import MOST_LOADED
 from rmfs_commands.states.deciding import decide_instead, outcome_of
 from rmfs_commands.states.rebuilding import open_state
 from rmfs_commands.states.written import read_answer
 from rmfs_commands.testing import small_world
 from rmfs_core import InputError, RuleError
-from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, SolveReport, TaskAssignment
+from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, TaskAssignment
 from rmfs_core.roles import Role
 from rmfs_core.scenario import RuleChoice
 from rmfs_core.warehouse import Warehouse, WarehouseView
 
 EAGER = "return [OrderAssignment(order.id, 0) for order in warehouse.backlog]  # whether they fit or not"
-
-
-def test_a_joint_rule_in_a_state_by_hand(by_hand: dict[str, Any]) -> None:
-    answer = decide(state_from_dict(by_hand), RuleChoice("split-over-time"))
-    assert (answer.decides.label, answer.distribution) == ("POA+PPS", "rmfs")
-    assert answer.decision == {
-        "assignments": [
-            {"order": "A", "station": "north", "skus": ["milk", "tea"]},
-            {"order": "B", "station": "north", "skus": ["jam"]},
-        ],
-        "trips": [{"pod": "P1", "station": "north"}, {"pod": "P2", "station": "north"}],
-    }
-    assert answer.report == {"status": "optimal", "objective": 2.0, "bound": 2.0, "stopped_early": False}
-    assert answer.outcome == Outcome(orders=2, items=4, visits=2, unused=0, uncovered=0)
-
-
-@pytest.mark.parametrize("rule", ["pod-match", "demand", "integrated"])
-def test_nothing_is_decided_where_nothing_is(by_hand: dict[str, Any], rule: str) -> None:
-    answer = decide(state_from_dict(by_hand | {"pods": {}, "orders": {}}), RuleChoice(rule))
-    assert not any(answer.decision.values())
 
 
 def test_a_joint_rule_in_a_state_that_other_rules_left(by_hand: dict[str, Any], tmp_path: Path) -> None:
@@ -182,12 +162,6 @@ def test_a_closed_station_is_assigned_nothing(by_hand: dict[str, Any], tmp_path:
     assert decide(state_from_dict(by_hand), RuleChoice("first-come")).decision == {"assignments": []}
     with pytest.raises(RuleError, match=r"Bad.* to station north .*, which is closed"):
         decide(state_from_dict(by_hand), RuleChoice(write_rule(tmp_path, "poa", EAGER)), folder=str(tmp_path))
-
-
-def test_a_robot_off_duty_gets_no_task(at_work: dict[str, Any]) -> None:
-    at_work["version"] = 2
-    at_work["robots"]["r2"]["on_duty"] = False
-    assert decide(state_from_dict(at_work), RuleChoice("nearest-robot")).decision == {"tasks": []}
 
 
 def test_which_stations_are_active(by_hand: dict[str, Any]) -> None:
@@ -384,8 +358,6 @@ def test_what_is_no_rule_or_state_is_refused() -> None:
 
 
 SKUS = ("milk", "tea", "jam")
-REPORT = SolveReport("optimal", 3.0, 3.0, stopped_early=False)
-MILK_AND_TEA = {"order": "A", "station": "2", "skus": ["milk", "tea"]}
 
 
 @pytest.fixture
@@ -397,15 +369,6 @@ def world() -> Warehouse:
 
 def written(world: Warehouse, decides: Role, answer: object) -> dict[str, Any] | None:
     return answer_to_dict(WarehouseView(world), SKUS, decides, answer)
-
-
-def test_an_assignment_without_skus_is_of_all_open_lines(world: Warehouse) -> None:
-    assert written(world, Role.POA, [OrderAssignment(0, 1)]) == {"assignments": [MILK_AND_TEA]}
-    twice = written(world, Role.POA, [OrderAssignment(0, 0, (1,)), OrderAssignment(0, 1)])
-    assert [given["skus"] for given in twice["assignments"]] == [["tea"], ["milk"]]
-    world.assign(world.orders[0], world.stations[0], [0])
-    rest = written(world, Role.POA, [OrderAssignment(0, 1)])
-    assert rest == {"assignments": [MILK_AND_TEA | {"skus": ["tea"]}]}
 
 
 @cases(
@@ -443,18 +406,6 @@ def test_an_answer_goes_round(at_work: dict[str, Any], decides: Role, answer: ob
     opened = open_state(state_from_dict(at_work))
     names = answer_to_dict(opened.view, opened.instance.skus, decides, answer)
     assert answer_from(read_answer(names), decides, opened.view, opened.names) == answer
-
-
-def test_reports_of_joint_rules(world: Warehouse) -> None:
-    with_report = written(world, Role.POA_PPS, JointDecision(report=REPORT))
-    assert with_report == {"assignments": [], "trips": [], "report": report_to_dict(REPORT)}
-    assert written(world, Role.POA_PPS, JointDecision()) == {"assignments": [], "trips": []}
-    assert report_to_dict(SolveReport("stopped", 4.0, float("-inf"), stopped_early=True)) == {
-        "status": "stopped",
-        "objective": 4.0,
-        "bound": None,
-        "stopped_early": True,
-    }
 
 
 def test_pods_to_send_need_driving_times_and_robots(by_hand: dict[str, Any], at_work: dict[str, Any]) -> None:

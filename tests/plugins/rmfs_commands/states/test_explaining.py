@@ -16,11 +16,8 @@ from installed import RMFS
 from rmfs_commands.cli.main import main
 from rmfs_commands.states import Answer, Outcome, Recorded, read_recording
 from rmfs_commands.states.explain_tables import (
-    overview,
     print_comparison,
     print_decision,
-    print_others,
-    print_overview,
     print_story,
 )
 from rmfs_commands.states.rebuilding import open_state
@@ -48,21 +45,6 @@ def printed(show: Callable[..., None], *arguments: Any, width: int = 100) -> str
 
 def explained(recorded: Recorded, *, limit: int = 20, **parameters: Any) -> str:
     return printed(print_decision, recorded, RuleChoice("acme", parameters), recorded.state(), limit)
-
-
-def test_decisions_are_counted_by_rule() -> None:
-    recording = [decision(what, {}, number=n) for n, what in ((1, "POA"), (1, "PPS"), (2, "POA"))]
-    assert overview(recording) == {
-        "periods": 2,
-        "decisions": 3,
-        "by_rule": [
-            {"decides": "POA", "rule": "acme", "decisions": 2},
-            {"decides": "PPS", "rule": "acme", "decisions": 1},
-        ],
-    }
-    out = printed(print_overview, recording)
-    assert "POA acme 2\nPPS acme 1" in out
-    assert "Periods 1 to 2, decisions 1 to 3: see --period" in out
 
 
 EPISODES = (
@@ -176,16 +158,6 @@ def test_a_solve_reports_objective_and_bound(by_hand: Content, report: Content, 
     joint = {"assignments": [], "trips": []}
     recorded = decision("POA+PPS", joint, by_hand | {"time_s": 0.0}, report={"stopped_early": False, **report})
     assert explained(recorded).endswith(words)
-
-
-def test_pods_selected_later_in_the_period() -> None:
-    trips = [{"pod": pod, "station": station} for pod, station in (("3", "2"), ("1", "1"), ("2", "2"))]
-    later = decision("PPS", {"trips": trips}, number=6)
-    out = printed(print_others, [later, decision("PPS", {"trips": []}, number=8)])
-    assert "Pods selected in this period" in out
-    assert "6 60.000 s acme 1 to 1; 3, 2 to 2" in out
-    assert "8 60.000 s acme none" in out
-    assert printed(print_others, []) == ""
 
 
 BOTH = {"assignments": [JAM], "trips": [P2]}

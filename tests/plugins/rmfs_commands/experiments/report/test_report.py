@@ -24,7 +24,7 @@ from calling import exit_code, refused
 from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.experiments import Axis, AxisPoint, Base, Experiment, ExperimentResult, RuleSetChoice
-from rmfs_commands.experiments.compare import Interval, Paired, summary
+from rmfs_commands.experiments.compare import Interval, summary
 from rmfs_commands.experiments.report import print_comparison, write_report
 from rmfs_commands.experiments.report.files import ONE_COLUMN_CM
 from rmfs_commands.experiments.report.html import report_html
@@ -33,12 +33,7 @@ from rmfs_commands.experiments.report.numbers import (
     MINUS,
     NO_TEST,
     OF_MEAN_NOTE,
-    difference,
-    probability,
-    relative,
-    times,
     title,
-    value,
 )
 from rmfs_commands.experiments.report.plots import MOST_RULE_SETS, Plot, make_plots, plot_of
 from rmfs_commands.experiments.report.tables import SUMMARY_COLUMNS, grids, summary_csv, write_parquet
@@ -64,41 +59,6 @@ def found(mean: float | None, low: float | None = None, high: float | None = Non
 def test_a_title_stands_by_itself(metric: Metric, text: str) -> None:
     """The label with its unit; of a part of another figure what it means."""
     assert title(metric) == text
-
-
-def test_a_mean_has_a_digit_more_than_a_run() -> None:
-    assert (value(MAKESPAN, 12.34), value(PLAIN, 12.34)) == ("12.34", "12.3")
-    assert value(PLAIN, None) == "-"
-
-
-@cases(
-    "interval text",
-    (found(0.5, -0.25, 1.25), f"+0.50 [{MINUS}0.25, +1.25]"),
-    (found(-0.5), f"{MINUS}0.50 (no interval)"),
-    (found(0.001, -0.001, 0.001), "0.00 [0.00, 0.00]"),  # no sign for what is rounded to zero
-    (found(None), "-"),
-)
-def test_a_difference_has_its_sign_and_interval(interval: Interval, text: str) -> None:
-    assert difference(MAKESPAN, interval) == text
-
-
-def test_multiples_of_a_bound_have_two_digits() -> None:
-    assert (times(1.484), times(1234.5), times(None)) == ("1.48", "1,234.50", "-")
-
-
-def test_relative_differences_are_in_percent() -> None:
-    pair = Paired("one", "m", "other", 3, 3, 0, 1.0, 1.0)
-    assert relative(evolve(pair, relative=found(-0.1234, -0.2, 12.0))) == f"{MINUS}12.3 % [{MINUS}20.0, +1,200.0]"
-    assert relative(evolve(pair, relative=found(0.5))) == "+50.0 % (no interval)"
-    assert relative(evolve(pair, relative=found(0.5), of_mean=True), bounds=False) == "+50.0 % \u2020"
-    assert relative(pair) == "-"
-
-
-@pytest.mark.parametrize(
-    ("p", "text"), [(None, "-"), (0.00099, "< 0.001"), (0.001, "0.001"), (0.04999, "0.050"), (1.0, "1.000")]
-)
-def test_p_values_have_three_digits(p: float | None, text: str) -> None:
-    assert probability(p) == text
 
 
 FAILURE = "rule <b>bad</b> & worse: no idea"
@@ -157,17 +117,6 @@ def test_no_name_is_a_formula(result: ExperimentResult, tmp_path: Path, name: st
     assert float(rows[1]["difference"]) == pytest.approx(1.0)
     write_parquet(one, tmp_path / "runs.parquet")
     assert pandas.read_parquet(tmp_path / "runs.parquet")["rule_set"].iloc[0] == f"{name}base"
-
-
-def test_bounds_are_in_both_tables(bounded: ExperimentResult, tmp_path: Path) -> None:
-    """Of each run in runs.parquet, and their means in summary.csv; empty where there are none."""
-    rows = list(csv.DictReader(summary_csv(bounded.comparison()).splitlines()))
-    of = {(row["instances"], row["metric"], row["rule_set"]): (row["bound"], row["times_bound"]) for row in rows}
-    bound, times = map(float, of["orders=50", "pile_on", "good"])
-    assert (bound, times) == (1.25, pytest.approx(2.56))
-    assert of["orders=50", "picker_utilisation", "good"] == ("", "")
-    write_parquet(bounded, tmp_path / "runs.parquet")
-    assert set(pandas.read_parquet(tmp_path / "runs.parquet")["bound.pile_on"].dropna()) == {1.25}
 
 
 def plots_of(result: ExperimentResult, **changes: Any) -> list[Any]:
@@ -237,21 +186,6 @@ def test_a_plot_that_fails_costs_that_plot_only(capsys: pytest.CaptureFixture[st
     assert drawn.title == "My plot"
 
 
-def test_a_single_rule_set_differs_from_nothing(result: ExperimentResult) -> None:
-    rows = [row for row in result.rows if row["rule_set"] == "base"]
-    alone = evolve(result, rows=rows)
-    chosen = tuple(one for one in result.experiment.rule_sets if one.name == "base")
-    plots = plots_of(alone, rule_sets=chosen, metrics=("pile_on",))
-    assert [plot.name for plot in plots] == ["pile_on"]
-
-
-@pytest.mark.parametrize(("values", "drawn"), [(None, []), (0.0, ["differences", "pile_on"])])
-def test_what_no_run_has_is_not_drawn(result: ExperimentResult, values: float | None, drawn: list[str]) -> None:
-    for row in result.rows:
-        row["pile_on"] = values
-    assert [plot.name for plot in plots_of(result, metrics=("pile_on",))] == drawn
-
-
 def test_a_bound_is_a_dashed_line(result: ExperimentResult) -> None:
     metrics = ("pile_on", "picker_utilisation")
     pictures = []
@@ -281,15 +215,6 @@ def test_the_terminal_shows_runs_and_comparisons(result: ExperimentResult) -> No
     assert "Picker utilisation (%)" in text
     assert re.search(r"overall *\n.*\n.*\n +bad +2 \(2 left out\) +4\.150 ", text)
     assert max(map(len, text.splitlines())) <= 120
-
-
-def test_a_narrow_terminal_has_the_same(result: ExperimentResult) -> None:
-    """At 80 columns no name or interval is broken; a difference from 0 is no share of it, that of a share in points."""
-    text = printed(result, 80)
-    assert re.search(r"good +3 +3\.200 +\+1\.000 \(no interval\) +- +\+45\.5 % *\n", text)
-    assert re.search(r"good +3 +2\.0 +\+2\.0 \[", text.partition("Most split orders open")[2])
-    assert re.search(r"Difference \(points\) +p \(Holm\) *\n", text.partition("Picker utilisation (%)")[2])
-    assert max(map(len, text.splitlines())) <= 80
 
 
 def test_two_seeds_have_no_intervals(result: ExperimentResult) -> None:
