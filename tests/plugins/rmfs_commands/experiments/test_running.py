@@ -209,20 +209,6 @@ rules.pr = { rule = "./bad.py:%s" }
 """
 
 
-@pytest.mark.slow
-def test_a_run_without_a_result_is_a_row_too(experiment: Write, tmp_path: Path) -> None:
-    one = experiment(
-        'base = "tiny.toml"\nseeds = [1]\nbaseline = "good"\n[[rule_sets]]\nname = "good"\n'
-        '[[rule_sets]]\nname = "narrow"\nstations.item_capacity = 1\nstations.oversize = "refuse"\n'
-    )
-    result = run_experiment(one, store=tmp_path / "runs", jobs=1)
-    assert [row["status"] for row in result.rows] == ["complete", "failed"]
-    assert result.rows[1]["error_kind"] == "InputError"
-    assert "item_capacity" in result.rows[1]["error"]
-    assert result.table()["picks"][1] is None
-    assert run_experiment(one, store=tmp_path / "runs", jobs=1).computed == 1
-
-
 def deadly(folder: Path, deaths: int) -> str:
     choice = f'{{ rule = "./bad.py:Deadly", counter = "{folder / "count"}", deaths = {deaths} }}'
     return (FAILING % "x").replace('{ rule = "./bad.py:x" }', choice)
