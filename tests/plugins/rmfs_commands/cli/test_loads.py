@@ -76,7 +76,6 @@ def test_the_load_of_pickers(items, stations, keys, wanted_h, there_h, peak, pea
 
 
 def test_what_is_said_of_too_much() -> None:
-    """Above 100 % there is a warning with what is needed; where only the peak hour is, a note."""
     much, trips = reckoned({6: 3600, 16: 3600})
     (warning, of_robots) = load_warnings((much, trips))
     assert warning == (
@@ -97,7 +96,6 @@ def test_what_is_said_of_too_much() -> None:
 
 
 def test_the_end_of_a_run_is_a_limit() -> None:
-    """Orders that arrive later do not count, and what cannot be done before it is told."""
     scenario = load_scenario("examples/poisson", ["run.until_s=1800", "stations.handle_s=60"])
     instance = make_instance(scenario)
     pickers = loads(scenario, instance, make_layout(scenario))[0]
@@ -176,7 +174,6 @@ def test_hours_out_of_service_are_none() -> None:
     ({6: 10**9, 16: 1}, 60),
 )
 def test_stations_and_robots_are_guessed_from_the_load(items: Mapping[int, int], stations: int) -> None:
-    """At 13 s an item; no station is without a row, and no robot without a place."""
     size, found = size_for(100, demand(items))
     assert abs(size.stations - stations) <= 2
     assert max(size.sides) <= (size.rows - 1) // 2

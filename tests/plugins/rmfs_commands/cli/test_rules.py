@@ -21,7 +21,7 @@ from rmfs_commands.results.figures import TIMING
 from rmfs_core import InputError, entrypoints
 from rmfs_core.roles import Role
 from rmfs_core.rules.parameters import parameters_of
-from rmfs_core.rules.sources import RuleSources, load_entry
+from rmfs_core.rules.sources import load_entry
 from rmfs_core.scenario import RuleChoice
 
 Install = Callable[..., None]
@@ -237,15 +237,6 @@ def test_an_error_names_what_was_typed(place: str, named: str) -> None:
 
 
 RANDOM = RuleChoice("random")
-RULE = """
-import attrs
-from rmfs_core import hookimpl
-
-@attrs.define
-class Mine:
-    @hookimpl
-    def filter_backlog(self, orders): return orders
-"""
 
 
 def test_the_role_of_a_single_rule() -> None:
@@ -256,14 +247,6 @@ def test_the_role_of_a_single_rule() -> None:
         load_rule(RANDOM, tuple(Role), place="here")
     with pytest.raises(InputError, match=r"decides PP; expected a rule for POA or PPS$"):
         load_rule(RuleChoice("sipp"), (Role.POA, Role.PPS))
-
-
-def test_a_file_is_loaded_once_for_several_calls(tmp_path: Path) -> None:
-    (tmp_path / "mine.py").write_text(RULE, encoding="utf-8")
-    choice, sources = RuleChoice("./mine.py:Mine"), RuleSources(str(tmp_path))
-    first, second = (load_rule(choice, (Role.FILTER,), sources=sources) for _ in range(2))
-    alone = load_rule(choice, (Role.FILTER,), folder=str(tmp_path))
-    assert type(first.instance) is type(second.instance) is not type(alone.instance)
 
 
 def test_metrics_are_listed_with_unit_and_group(capsys: pytest.CaptureFixture[str]) -> None:

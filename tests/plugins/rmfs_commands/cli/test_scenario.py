@@ -28,24 +28,10 @@ def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, 
 
 @pytest.mark.parametrize("name", shipped_scenarios())
 def test_shipped_scenarios_pass(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """Every shipped scenario could be run as it is; a column that is left out is named once a process."""
     code, out, err = run(capsys, "scenario", "check", name)
     assert code == 0
     assert all(": ignored `" in line for line in err.splitlines())
     assert out.startswith(f"{name} is valid: ")
-
-
-def test_check_names_an_order_that_comes_back(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "orders.csv").write_text("order,arrival_s,sku,quantity\no1,0,a,1\no2,0,a,1\no1,0,a,1\n")
-    (tmp_path / "pods.csv").write_text("pod,sku,quantity\np,a,9\n")
-    files = [f"instance.{kind}_file={tmp_path / kind}.csv" for kind in ("orders", "pods")]
-    code, out, err = run(capsys, "scenario", "check", "examples/small", "--set", files[0], "--set", files[1])
-    assert code == 0
-    assert out.startswith("examples/small is valid: 2 orders of 3 items, ")
-    assert err == (
-        f"{tmp_path}/orders.csv, line 4: order o1 appears again after rows of other orders, "
-        "and its rows are read as one order.\n"
-    )
 
 
 def test_check_says_that_it_loads_code(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

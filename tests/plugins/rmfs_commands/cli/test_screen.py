@@ -456,7 +456,6 @@ def test_latex() -> None:
     (["first-come"], 12, "table*", 2, False),
 )
 def test_a_table_fits_into_a_column_or_into_the_text(names, figures, kind, parts, broken) -> None:
-    """Too wide for a column of two it spans both; then its names are broken, and at last it is split."""
     figure = "1,234.56"
     grid = Grid("", (), ("Rule set", *["Mean"] * figures), [(*names, *[figure] * figures)], range(1, figures + 1))
     text = to_latex(grid, "a")

@@ -74,19 +74,6 @@ def test_maps_and_rules_in_files_come_along(tmp_path: Path) -> None:
     assert (tmp_path / "new" / "mine.py").read_text(encoding="utf-8") == RULE
 
 
-def test_rules_from_elsewhere_come_along(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("one", "two"):
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "mine.py").write_text(f"{RULE}\nNAME = {name!r}\n", encoding="utf-8")
-    monkeypatch.chdir(tmp_path / "one")
-    chosen = ["rules.poa=./mine.py:Mine", "rules.pps=../two/mine.py:Mine", 'rules.filters=["./mine.py:Mine"]']
-    main(["generate", "examples/small", "--out", "../new", *(word for one in chosen for word in ("--set", one))])
-    rules = load_scenario(tmp_path / "new" / "scenario.toml").rules
-    assert (rules.poa.rule, rules.pps.rule) == ("./mine.py:Mine", "./mine_2.py:Mine")
-    assert [choice.rule for choice in rules.filters] == ["./mine.py:Mine"]
-    assert "two" in (tmp_path / "new" / "mine_2.py").read_text(encoding="utf-8")
-
-
 def test_files_that_parameters_name_come_along(install: Callable[..., None], tmp_path: Path) -> None:
     source = """
 from pathlib import Path

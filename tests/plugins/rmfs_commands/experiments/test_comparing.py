@@ -119,7 +119,6 @@ def test_nothing_is_more_than_all_less() -> None:
     ("m", {"m": None, "orders_completed": 0}, "a run completes no order in the time that counts"),
 )
 def test_which_runs_count_and_why_others_do_not(metric: str, more: dict[str, Any], why: str | None) -> None:
-    """A horizon that was reached is an end like another."""
     rows = [row(name, seed, 10.0, makespan_s=10.0) for name in ("base", "other") for seed in (1, 2, 3)]
     rows[-1] |= {"m": 40.0} | more
     comparison = summary(rows, "base", [metric])
@@ -297,7 +296,6 @@ class Listener(Watcher):
 
 
 def test_each_run_has_the_bounds_of_its_world(experiment: Write, tmp_path: Path) -> None:
-    """Also where rules move pods, and where stock is replenished, which leaves no bound of visits."""
     bundles = 'instance.replenishment = { process = "poisson", bundles_per_hour = 60.0, bundle_items = 2 }'
     text = SEVERAL + '[[rule_sets]]\nname = "moving"\nrules.move = "utility"\n[[rule_sets]]\nname = "bundles"\n'
     text += f'rules.roa = "first-bundle"\nrules.rps = "emptiest-pod"\n{bundles}\nstations.also_replenish = true\n'

@@ -329,7 +329,6 @@ def with_deadly_rule(job: Job, folder: Path) -> Job:
 
 
 def test_runs_and_deaths(experiment: Callable[..., Experiment], folder: Path) -> None:
-    """A worker answers as this process would; one that is killed costs its own run, and the next has a new one."""
     job = experiment().jobs()[0]
     workers = LocalWorkers(1)
     try:
@@ -514,7 +513,6 @@ def test_a_killed_scheduler_is_told_in_a_sentence(cluster, experiment, tmp_path,
 
 @pytest.mark.slow
 def test_a_scheduler_without_workers_is_refused(cluster: Cluster, experiment: Write, tmp_path: Path) -> None:
-    """Nothing would ever be run."""
     with pytest.raises(InputError, match="the scheduler has no workers"):
         run_experiment(experiment(), store=tmp_path / "runs", dask=cluster.address)
 

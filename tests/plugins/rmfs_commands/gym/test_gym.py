@@ -262,7 +262,6 @@ def test_waiting(scenario: Path) -> None:
 
 
 def test_features_of_ones_own() -> None:
-    """They follow those of the kind; one number holds for all slots, also for the one that waits."""
     own = [
         Feature("number", "the pod's id", 10, lambda warehouse, choice: [pod.id for pod in choice.options.values()]),
         Feature("busy", "share of the robots with a task", None, lambda w, _: 1 - len(w.idle_robots) / len(w.robots)),
@@ -798,7 +797,6 @@ def test_a_network_scores_each_row_by_itself() -> None:
 
 
 def test_weights_of_a_scenario(tmp_path: Path) -> None:
-    """A file's network decides as the rule that it imitates, in the environment as in a run; its digest is kept."""
     weights = [0.0] * 8
     weights[[feature.name for feature in FEATURES[Role.PPS]].index("drive")] = -1.0
     write_networks(tmp_path / "near.json", {"PPS": weights})

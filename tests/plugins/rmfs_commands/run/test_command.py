@@ -41,7 +41,6 @@ def test_metrics_are_printed_and_files_are_where_it_says(folder: Path, capsys: p
 
 
 def test_a_scenario_toml_is_called_as_its_folder(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Two of them, as `rmfs generate` names each, do not replace each other's results."""
     for day in ("monday", "tuesday"):
         (folder / day).mkdir()
         shutil.copy("small.toml", f"{day}/scenario.toml")

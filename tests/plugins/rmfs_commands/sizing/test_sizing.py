@@ -456,7 +456,6 @@ def test_the_answer_is_printed_and_kept(folder: Path, capsys: pytest.CaptureFixt
 
 
 def test_packers_and_boxes_are_sized(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """One packer has 150 orders of more than 35 s an hour."""
     asked = ("--packers", "1-2", "--boxes", "1-3", "--seeds", "2", "--jobs", "1", "--set", "packing.conveyor_s=20")
     costs = ("--robot-cost", "2", "--station-cost", "3", "--set", "rules.poa_pps=pod-index")
     without = ("--set", "rules.poa=", "--set", "rules.pps=")

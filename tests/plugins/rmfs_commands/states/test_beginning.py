@@ -181,7 +181,6 @@ def test_what_is_said_of_a_run_is_of_its_own_time(tmp_path: Path) -> None:
 )
 @pytest.mark.parametrize("at_s", [40.25, 160.0, 301.5])
 def test_another_scenario_goes_on(tmp_path: Path, change: str, at_s: float) -> None:
-    """A state does not say under which rules it came about; what was complete stays so."""
     first, state = stopped(tmp_path, at_s, "rules.pp=whca-n")
     rest = simulate(f"instance.state_file={state}", *f"rules.pp={change}".split())
     assert rest.status == "complete"

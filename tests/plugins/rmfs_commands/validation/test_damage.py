@@ -61,7 +61,6 @@ def test_a_pod_that_can_still_serve_stays(day: Trace) -> None:
 
 
 def test_a_robot_keeps_behind_its_place_in_line(new_script: Any) -> None:
-    """By a shortcut or another entrance, too: what lies ahead of its place is for those ahead of it."""
     yard = ".........\n.....v...\n..qqqqqO.\n..##.##..\n........."
     script = new_script(yard, robots=[(4, 2), (4, 5)], pods=[(3, 2), (3, 5)])
     for robot, way in ((0, [(4, 1), (2, 1), (2, 2)]), (1, [(4, 8), (0, 8), (0, 5), (2, 5)])):
@@ -555,7 +554,6 @@ def test_a_recorded_run_has_no_fault(changes: tuple[str, ...], tmp_path: Path) -
 
 @pytest.mark.parametrize("change", [{"packers": 0}, {"open": {"1": [["12:00", "13:00"]]}}])
 def test_more_packers_than_there_are_show(tmp_path: Path, change: dict[str, Any]) -> None:
-    """In the whole run, and in one that ends while the first order is packed."""
     packed = traced(tmp_path, "examples/packing", *FEW)
     section = packed.scenario["packing"] | change
     begun = next(at for at, one in enumerate(packed.events) if isinstance(one, PackingStarted) and one.packing == 0)

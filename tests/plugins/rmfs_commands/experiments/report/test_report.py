@@ -57,7 +57,6 @@ def found(mean: float | None, low: float | None = None, high: float | None = Non
     (PART, "Part of the distance driven with a pod (m)"),  # by itself its label says nothing
 )
 def test_a_title_stands_by_itself(metric: Metric, text: str) -> None:
-    """The label with its unit; of a part of another figure what it means."""
     assert title(metric) == text
 
 
@@ -125,7 +124,6 @@ def plots_of(result: ExperimentResult, **changes: Any) -> list[Any]:
 
 
 def test_a_plot_of_differences_and_one_for_each_metric(result: ExperimentResult) -> None:
-    """A page needs SVG alone; pictures for papers have all endings."""
     plots = plots_of(result)
     assert [plot.name for plot in plots] == ["differences", *result.experiment.metrics]
     assert [plot.title for plot in plots][:2] == ["Differences from base", "Pile-on"]
@@ -248,7 +246,6 @@ def test_other_signs_of_the_two_differences_are_told(result: ExperimentResult) -
 
 
 def test_fronts_follow_the_metrics(with_front: ExperimentResult) -> None:
-    """With the means of the best rule set in both; here the baseline is worst in either, as more is better."""
     text = printed(with_front, 80).partition("None beats these in both")[2]
     assert re.search(r"Rule set +Pile-on +Picker utilisation \(%\)", text)
     assert re.search(r"orders=50 *\n +bad +4\.200 +72\.00 *\n +orders=100 *\n +good", text)
@@ -356,7 +353,6 @@ def test_the_table_of_ends_is_last_unless_runs_failed(result: ExperimentResult) 
 
 
 def test_many_runs_make_a_small_page(result: ExperimentResult) -> None:
-    """Dots of many runs are one bitmap, and tables of many instance sets have all of them together."""
     rows = [row | {"seed": row["seed"] + 3 * i} for i in range(200) for row in result.rows[:9]]
     few, many = ({plot.name: plot.svg for plot in plots_of(evolve(result, rows=of))} for of in (rows[:90], rows))
     assert b"<image" not in few["pile_on"]
@@ -396,7 +392,6 @@ def captions(metrics: dict[str, tuple[list[float | None], list[float | None]]], 
 
 
 def test_captions_say_what_a_table_has() -> None:
-    """Intervals only where there are any, no number of seeds without a mean, and what the dagger is."""
     close = [0.5, 9.0, 10.0, 11.0, 9.0, 10.0], [0.7, 11.0, 13.0, 12.0, 12.0, 12.0]
     found = captions({"makespan_s": ([None] * 6, [None] * 6), "picks": close}, "horizon")
     assert found["makespan_s"] == (
@@ -478,7 +473,6 @@ PAPER = r"""\documentclass%s{article}
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="no pdflatex: Debian's texlive-latex-recommended")
 @pytest.mark.parametrize(("options", "width_cm"), [("", 12.0), ("[a4paper,twocolumn]", ONE_COLUMN_CM)])
 def test_tables_and_plots_fit_into_a_paper(with_front, tmp_path, options, width_cm) -> None:
-    """Each table and each plot at its size, with long names and large figures: no box is too wide or too high."""
     for row in with_front.rows:
         row["rule_set"] = LONG if row["rule_set"] == "good" else row["rule_set"]
         row["status"] = "horizon" if row["status"] == "complete" else row["status"]
