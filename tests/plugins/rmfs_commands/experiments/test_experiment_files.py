@@ -21,13 +21,11 @@ from rmfs_commands.experiments import (
     load_experiment,
     shipped_experiments,
 )
-from rmfs_commands.experiments.changes import changes_of
 from rmfs_commands.experiments.experiment import DEFAULT_METRICS, HORIZON_METRICS, PACKING_METRICS
 from rmfs_commands.experiments.resolving import resolve
 from rmfs_core.errors import InputError
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, load_scenario, scenario_from_dict, shipped_scenarios
-from rmfs_core.scenario.structuring import KeyProblem
 from tiny import TWO_RULES
 
 
@@ -115,6 +113,7 @@ name = "a"
 [[rule_sets]]
 name = "b"
 "rules.pps" = "nearest-pod"
+"rules.ta.reallocation_s" = 5
 [rule_sets.rules]
 filters = [{ rule = "most-covered", n = 5 }]
 pr.rule = "random"
@@ -132,6 +131,7 @@ def test_everything_that_a_file_can_say(experiment: Write) -> None:
         "rules.pps": "nearest-pod",
         "rules.filters": [{"rule": "most-covered", "n": 5}],
         "rules.pr": {"rule": "random"},
+        "rules.ta.reallocation_s": 5,
     }
     jobs = read.jobs()
     assert len(jobs) == 2 * (2 * 2 * 2) * 2 * 3
@@ -249,6 +249,11 @@ def test_the_quick_part_is_two_seeds_and_the_first_value_of_each_axis(experiment
     ("[[rule_sets]]", '[axes]\nrules.poa = ["first-come"]\n[[rule_sets]]', "which is an axis; leave one of them out"),
     ("[[rule_sets]]", "[axes]\nseed = [1, 2]\n[[rule_sets]]", "axes.seed: seeds are no axis"),
     ("[[rule_sets]]", "[[rule_sets]", "this is no valid TOML"),
+    (
+        "rules.poa =",
+        '"robots.count" = 4\nrobots = { count = 5 }\nrules.poa =',
+        'rule_sets[1].robots.count: rule set "first-come": found this key twice',
+    ),
 )
 def test_mistakes_are_named(experiment: Write, folder: Path, old: str, new: str, problem: str) -> None:
     assert old in TWO_RULES
@@ -294,35 +299,6 @@ def test_shipped_experiments_are_fit_to_run(name: str) -> None:
 def test_shipped_experiments_are_no_scenarios() -> None:
     assert shipped_experiments()
     assert not any("experiment" in name for name in shipped_scenarios())
-
-
-@cases(
-    "table changes",
-    ({}, {}),
-    ({"robots": {"count": 4}}, {"robots.count": 4}),
-    ({"robots.count": 4}, {"robots.count": 4}),
-    (
-        {"instance": {"orders": 5, "arrivals.process": "poisson"}},
-        {"instance.orders": 5, "instance.arrivals.process": "poisson"},
-    ),
-    ({"rules": {"poa": "first-come", "filters": ["a"]}}, {"rules.poa": "first-come", "rules.filters": ["a"]}),
-    (
-        {"rules": {"ta": {"rule": "balanced", "reallocation_s": 5}}},
-        {"rules.ta": {"rule": "balanced", "reallocation_s": 5}},
-    ),
-    ({"rules.ta.reallocation_s": 5}, {"rules.ta.reallocation_s": 5}),
-    ({"rules": {"ta": {"reallocation_s": 5}}}, {"rules.ta.reallocation_s": 5}),
-    ({"rules": {"poa_pps": None}}, {"rules.poa_pps": None}),
-)
-def test_nested_and_dotted_keys_are_the_same(table: dict[str, object], changes: dict[str, object]) -> None:
-    assert changes_of(table) == changes
-
-
-def test_a_key_that_is_there_twice_is_named() -> None:
-    with pytest.raises(KeyProblem) as caught:
-        changes_of({"robots.count": 4, "robots": {"count": 5}})
-    assert caught.value.problem.startswith("found this key twice")
-    assert caught.value.path == ("robots", "count")
 
 
 @pytest.fixture

@@ -6,7 +6,6 @@ from typing import Any
 
 import jsonschema
 import pytest
-from attrs import evolve
 from hypothesis import given
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
@@ -15,12 +14,8 @@ from cases import cases
 from rmfs_commands.results.files import to_json
 from rmfs_commands.states import read_state, state_from_dict, state_json, state_schema, state_to_dict
 from rmfs_commands.states.patches import difference, patched
-from rmfs_commands.states.plain import Memento
 from rmfs_commands.states.rebuilding import LacksError, OpenState, open_state
-from rmfs_commands.states.restoring import restore
-from rmfs_commands.testing import small_world
 from rmfs_core import InputError
-from rmfs_core.warehouse import WarehouseView
 
 
 def opened_from(content: dict[str, Any]) -> OpenState:
@@ -112,18 +107,6 @@ def test_contradictions(at_work: dict[str, Any], path: str, value: object, place
         opened_from(changed(at_work, path, value))
     assert caught.value.place == f"state, {place}"
     assert problem in caught.value.problem
-
-
-def test_promises_that_are_not_told_are_made() -> None:
-    world = small_world({"1": {"a": 2, "b": 1}}, {"p": ["a"], "q": {"b": 4}})
-    world.assign(world.orders[0], world.stations[0], [0, 1])
-    world.place_at_station(world.robots[0], world.pods[0], world.stations[0])
-    world.bind(world.pods[1], world.stations[0])
-    told = Memento.of(WarehouseView(world), ("a", "b"))
-    (station,) = told.stations
-    untold = tuple(request._replace(pod=None) for request in station.requests)
-    again = restore(evolve(told, stations=(evolve(station, requests=untold),)), world.travel)
-    assert Memento.of(WarehouseView(again), ("a", "b")) == told
 
 
 def test_the_schema_takes_states_and_nothing_else(by_hand: dict[str, object], at_work: dict[str, object]) -> None:
