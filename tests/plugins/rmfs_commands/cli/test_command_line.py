@@ -408,19 +408,6 @@ STATE = {**SMALL, "ask": {"decides": "POA"}}
 PRINTED = ("IMPORTED", "BELOW", "BUFFERED BY C", "BUFFERED BY PYTHON", "AT THE END", "BELOW AT THE END")
 
 
-def test_what_else_is_printed_goes_to_standard_error(capfd: pytest.CaptureFixture[str]) -> None:
-    print("before")
-    with kept_output() as answers, kept_output() as same:
-        assert answers is same
-        print("from a rule")
-        os.write(1, b"from a solver\n")
-        answer("answer")
-    print("after")
-    out, err = capfd.readouterr()
-    assert out == "before\nanswer\nafter\n"
-    assert sorted(err.splitlines()) == ["from a rule", "from a solver"]
-
-
 def test_streams_of_text_alone_serve_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
     out, err = io.StringIO(), io.StringIO()
     monkeypatch.setattr("sys.stdin", io.StringIO("caf\u00e9\n"))
@@ -435,25 +422,6 @@ def test_streams_of_text_alone_serve_as_well(monkeypatch: pytest.MonkeyPatch) ->
     first, rest = out.getvalue().split("\n", 1)
     assert first == "raw caf\u00e9"
     assert json.loads(rest)["valid"]
-
-
-def test_plugins_have_no_input(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    file = tmp_path / "input"
-    file.write_text("a line\nanother\n", encoding="utf-8")
-    own = os.dup(0)
-    with file.open(encoding="utf-8") as given:
-        os.dup2(given.fileno(), 0)
-        with os.fdopen(0, closefd=False) as stream:
-            monkeypatch.setattr("sys.stdin", stream)
-            with no_input(), no_input():
-                assert (sys.stdin.read(), os.read(0, 9)) == ("", b"")
-                with pytest.raises(EOFError):
-                    input()
-                assert own_input().readline() == b"a line\n"
-            os.lseek(0, 0, os.SEEK_SET)
-            assert sys.stdin.readline() == "a line\n"
-        os.dup2(own, 0)
-        os.close(own)
 
 
 CALLS = [
