@@ -164,22 +164,6 @@ def test_which_metrics_of_observers_are_of_completed_orders() -> None:
     assert of_completed.isdisjoint({"packed_makespan_s", "orders_packed", "late_percent"})
 
 
-def test_bounds_for_all_at_once_agree_with_holm() -> None:
-    """Wider than alone, by the number of rule sets; where Holm is surer than Bonferroni they end at 0."""
-    sure, nearly, unsure = [5.0, 5.1, 5.2, 5.0], [1.0, 2.0, 1.5, 0.6], [1.0, -1.0, 0.5, -0.4]
-    found = intervals([sure, nearly, unsure])
-    alone = [interval(values) for values in (sure, nearly, unsure)]
-    assert [(one.mean, one.low, one.high, one.p) for one in found] == [
-        (one.mean, one.low, one.high, one.p) for one in alone
-    ]
-    wide = stats.t.interval(1 - 0.05 / 3, 3, loc=1.275, scale=stats.sem(nearly))
-    assert wide[0] < 0
-    assert (found[1].low_holm, found[1].high_holm) == (0.0, pytest.approx(wide[1]))
-    assert 0.05 / 3 < found[1].p < 0.05 / 2
-    assert found[1].p_holm == pytest.approx(2 * found[1].p)
-    assert 0 < found[0].low_holm < (found[0].low or 0)
-
-
 def different(values: list[float]) -> bool:
     return max(values) - min(values) > 1e-6
 
@@ -189,15 +173,6 @@ def test_bounds_and_p_values_never_contradict_each_other(family: list[list[float
     for one in intervals(family):
         assert (one.low <= 0 <= one.high) == (one.p > 0.05)
         assert (one.low_holm < 0 < one.high_holm) == (one.p_holm > 0.05)
-
-
-def test_relative_differences_have_a_p_of_their_own() -> None:
-    """That of the differences is another one: it may be above 0.05 where the other is below."""
-    rows = [row("base", seed, 5.0 * 2**seed) for seed in (1, 2, 3, 4)]
-    rows += [row("other", seed, 5.5 * 2**seed + seed / 10) for seed in (1, 2, 3, 4)]
-    other = summary(rows, "base", ["m"]).paired[1]
-    assert other.relative.p == pytest.approx(stats.ttest_1samp([0.11, 0.11, 0.1075, 0.105], 0.0).pvalue)
-    assert other.relative.p < 0.05 < other.difference.p
 
 
 @cases(
@@ -255,17 +230,6 @@ def test_instance_sets_and_overall() -> None:
 def test_a_baseline_that_is_not_there_is_named() -> None:
     with pytest.raises(InputError, match="did you mean `base`"):
         summary([row("base", 1, 1.0)], "bse", ["m"])
-
-
-def test_how_many_times_the_bound() -> None:
-    """Of each pair, then the mean over a seed's pairs and over the seeds: 2 and 4, 3 and 3, so 3; the bound is 15."""
-    rows = [row("base", seed, 60.0, instance, **{"bound.m": 20.0}) for seed in (1, 2) for instance in ("one", "two")]
-    rows += [row("other", 1, 20.0, "one", **{"bound.m": 10.0}), row("other", 1, 40.0, "two", **{"bound.m": 10.0})]
-    rows += [row("other", 2, 60.0, "one", **{"bound.m": 20.0}), row("other", 2, 60.0, "two", **{"bound.m": 20.0})]
-    comparison = summary(rows, "base", ["m"])
-    found = {one.rule_set: (one.bound, one.times_bound) for one in comparison.of("overall", "m")}
-    assert found == {"base": (20.0, 3.0), "other": (15.0, 3.0)}
-    assert comparison.bounded("m")
 
 
 def test_a_bound_is_of_all_runs_or_of_none() -> None:

@@ -313,12 +313,6 @@ def test_single_parameters_of_the_bases_rule_can_be_set(tiny: Scenario) -> None:
     assert not resolve(two, {"rules.ta": "balanced"}, ".", "test").rules.ta.parameters
 
 
-def test_rules_beside_the_experiment_work_with_a_scenario_elsewhere(folder: Path) -> None:
-    shipped = load_scenario("examples/small")
-    resolved = resolve(shipped, {"rules.pr": "./bad.py:Raising"}, str(folder), "test")
-    assert resolved.folder == str(folder)
-
-
 def test_files_in_two_folders_are_refused(folder: Path) -> None:
     shipped = load_scenario("examples/from-csv")
     with pytest.raises(InputError, match=r"names files in .* and in "):

@@ -77,15 +77,6 @@ def test_the_contents_of_files_count_in_the_digest_of_rules(
     assert len(digests) == 2
 
 
-def test_the_hours_of_a_profile_count(tmp_path: Path) -> None:
-    file = tmp_path / "hours.csv"
-    keys = set()
-    for weight in (1, 2):
-        file.write_text(f"hour,weight\n9,{weight}\n", encoding="utf-8")
-        keys.add(run_key(load_scenario("grocery-day", [f"instance.arrivals.profile={file}"]), VERSIONS, SOURCES)(1))
-    assert len(keys) == 2
-
-
 @pytest.mark.parametrize("name", ["orders.csv", "pods.csv", "map.txt", "bad.py"])
 def test_the_contents_of_files_count(scenario: Scenario, name: str) -> None:
     before = key_of(scenario)

@@ -183,16 +183,6 @@ def test_other_rules_are_held_against_the_decision() -> None:
     assert "two orders none; pods none" in out
 
 
-def test_that_rules_were_asked_once_is_said_where_it_matters() -> None:
-    """One that decides on an order at a time leaves places that it would fill when asked again."""
-    recorded = decision("POA", {"assignments": [JAM]})
-    for orders, unused, said in ((2, 1, True), (2, 0, False), (1, 1, False)):
-        outcome = Outcome(orders=1, items=1, visits=0, unused=unused, uncovered=0)
-        other = Answer("one", "d", "1", Role.POA, {"assignments": [JAM]}, None, outcome)
-        out = printed(print_comparison, recorded, Outcome(orders, 3, 0, 0, 0), [("one", other)])
-        assert ("Each rule was asked once." in out) is said
-
-
 def test_notes_are_for_tables_that_need_them() -> None:
     recorded = decision("POA", {"assignments": [JAM]})
     other = Answer("one", "d", "1", Role.POA, {"assignments": []}, None, Outcome(0, 0, 0, 4, 0))
@@ -308,19 +298,6 @@ def test_an_order_split_among_stations() -> None:
         "assigned to station s: SKU milk",
         "assigned to station t: SKU tea; 1 of its lines stays in the backlog",
     ]
-
-
-def test_pods_for_an_order() -> None:
-    waiting = content(2)
-    waiting["orders"]["A"]["parts"] = [{"station": "s", "skus": ["milk", "tea"], "period": 1}]
-    waiting["stations"]["s"]["requests"] = [{"order": "A", "sku": "tea"}, {"order": "A", "sku": "milk", "pod": "Q"}]
-    waiting["pods"]["Q"] = {"contents": {"milk": None}}
-    decisions = [
-        made(1, "PPS", waiting, {"trips": [{"pod": "Q", "station": "s"}]}),
-        made(2, "PPS", waiting, {"trips": [{"pod": "P", "station": "s"}]}),
-    ]
-    assert [e.what for e in order_story(decisions, "A")] == ["pod P sent to station s: it holds SKU tea"]
-    assert list(order_story(decisions, "C")) == []
 
 
 def test_where_a_pod_went() -> None:

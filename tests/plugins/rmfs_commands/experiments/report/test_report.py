@@ -184,20 +184,6 @@ def test_a_plot_that_fails_costs_that_plot_only(capsys: pytest.CaptureFixture[st
     assert drawn.title == "My plot"
 
 
-def test_a_bound_is_a_dashed_line(result: ExperimentResult) -> None:
-    metrics = ("pile_on", "picker_utilisation")
-    pictures = []
-    for bound in (None, 1.0, 1.5):
-        for row in result.rows:
-            row["bound.pile_on"] = bound
-        pictures.append({plot.name: plot.svg for plot in plots_of(result, metrics=metrics)})
-    without, low, high = pictures
-    assert {name for name in without if without[name] != low[name]} == {"pile_on"}
-    assert {name for name in without if low[name] != high[name]} == {"pile_on"}
-    dashes = {name: svg.count(b"stroke-dasharray") for name, svg in low.items()}
-    assert dashes["pile_on"] - without["pile_on"].count(b"stroke-dasharray") == 3 * 3
-
-
 def printed(result: ExperimentResult, width: int) -> str:
     console = Console(width=width, record=True, quiet=False, file=None, force_terminal=False)
     with console.capture() as capture:
@@ -423,29 +409,6 @@ def test_the_report_says_what_was_run(result: ExperimentResult) -> None:
     assert fact(result, "Versions") == "rmfs 0.1.0"
     hashed = evolve(result, versions={"my_rule.py": "sha256:" + "0123456789ab" * 5})
     assert fact(hashed, "Versions") == "my_rule.py sha256:0123456789ab"
-
-
-def test_seeds_in_a_row_are_a_span(result: ExperimentResult) -> None:
-    for seeds, text in (
-        ((1, 2, 3), "1 to 3"),
-        ((1, 2), "1, 2"),
-        ((1, 2, 4), "1, 2, 4"),
-        ((3, 2, 1), "3, 2, 1"),
-        ((1, 2, 10**15), "1, 2, 1000000000000000"),
-    ):
-        assert fact(evolve(result, experiment=evolve(result.experiment, seeds=seeds)), "Seeds") == text
-
-
-def test_the_page_shows_metrics_of_observers_as_they_describe_them(result: ExperimentResult) -> None:
-    for row in result.rows:
-        if row["status"] != "failed":
-            row |= {"balance": -row["pile_on"], "bare": 0.5}
-    described = {"balance": Metric("balance", "Balance of work", "kJ", 1, "What it costs.")}
-    shown = evolve(result, experiment=evolve(result.experiment, metrics=("balance", "bare")), measures=described)
-    page = page_of(shown)
-    assert ">Balance of work (kJ)</h2>" in page
-    assert "What it costs." in page
-    assert ">bare</h2>" in page
 
 
 def test_the_same_runs_give_the_same_files(result: ExperimentResult, tmp_path: Path) -> None:
