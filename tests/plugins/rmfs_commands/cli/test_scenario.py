@@ -342,34 +342,14 @@ def test_what_may_be_a_slip_is_noted(tmp_path: Path) -> None:
     (tmp_path / "pods.csv").write_text("pod,sku,quantity\n1,mug,5\n", encoding="utf-8")
     (tmp_path / "skus.csv").write_text("sku,size\nmug,1\nmugg,3\n", encoding="utf-8")
     (tmp_path / "bundles.csv").write_text("bundle,arrival_s,sku,items\nA,0,fork,1\n", encoding="utf-8")
-    (tmp_path / "own.toml").write_text(
-        """
-        [instance]
-        orders_file = "orders.csv"
-        pods_file = "pods.csv"
-        skus_file = "skus.csv"
-        replenishment = { process = "file", file = "bundles.csv" }
-        [layout]
-        block_rows = 3
-        block_columns = 2
-        stations_east = 1
-        replenishment_west = 1
-        [robots]
-        count = 1
-        available = [["06:00", "22:00", 0]]
-        [rules]
-        poa = "pod-match"
-        pps = "demand"
-        roa = "first-bundle"
-        rps = "emptiest-pod"
-        """,
-        encoding="utf-8",
-    )
-    checked = check_scenario(str(tmp_path / "own.toml"), (), None, allow_inline=False)
+    given = [f"instance.{what}_file={tmp_path}/{what}.csv" for what in ("orders", "pods", "skus")]
+    given += [f'instance.replenishment={{process="file", file="{tmp_path}/bundles.csv"}}']
+    given += ['robots.available=[["06:00", "22:00", 0]]']
+    checked = check_scenario("examples/replenished", given, None, allow_inline=False)
     assert (checked.problems, checked.notes) == (
         [],
         [
-            "Note: skus.csv has SKUs that no pod, order or bundle has: mugg.",
+            f"Note: {tmp_path}/skus.csv has SKUs that no pod, order or bundle has: mugg.",
             "Note: bundles bring SKUs that no pod has and no order wants: fork.",
             "Note: `robots.available` has no robot on duty at any time.",
         ],
