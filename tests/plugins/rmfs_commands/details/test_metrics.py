@@ -13,6 +13,7 @@ from calling import exit_code, refusal
 from cases import cases
 from rmfs_commands.details import costs, departures
 from rmfs_commands.details.catalogue import DETAILS, LATENESS, MEASURES, METRICS
+from rmfs_commands.details.hours import Hours
 from rmfs_commands.details.loading import load_result
 from rmfs_commands.details.metrics import Metrics
 from rmfs_commands.details.stations import Stations
@@ -197,6 +198,31 @@ def test_a_broken_result(tmp_path: Path, name: str, content: str | None, problem
     assert problem in refusal(lambda: load_result(tmp_path / "out"))
 
 
+H = 3_600_000
+EVENTS: tuple[Event, ...] = (
+    OrderArrived(0, 0),
+    OrderArrived(H - 1, 1),
+    OrderAssigned(H, 0, station=0, skus=(0,), items=1, period=1, complete=True),
+    VisitStarted(H + 5, visit=1, robot=0, pod=0, station=0),
+    driven(2 * 3600, 0, 3 * 3600, 12, None),
+    ItemPicked(3 * H + 7, 3 * H, 3 * H + 9, visit=1, station=0, pod=0, order=0, sku=0),
+    OrderCompleted(3 * H + 7, 0),
+)
+
+
+def test_hours(tiny: RunInfo) -> None:
+    assert len(Hours(tiny).rows(2 * H)) == 2  # a run that ends with an hour
+    rows = fed(Hours(tiny), EVENTS).rows(3 * H + 7)
+    assert [(row["hour"], row["start_s"]) for row in rows] == [(0, 0), (1, 3600), (2, 7200), (3, 10_800)]
+    counted = ("orders_in", "orders_out", "picks", "visits", "distance_m", "backlog")
+    assert [[row[name] for name in counted] for row in rows] == [
+        [2, 0, 0, 0, 0, 2],
+        [0, 0, 0, 1, 0, 1],
+        [0, 0, 0, 0, 0, 1],
+        [0, 1, 1, 0, 12, 1],
+    ]
+
+
 AT_STATIONS: tuple[Event, ...] = (
     OrderArrived(0, 0),
     OrderAssigned(0, 0, station=0, skus=(0, 1), items=2, period=1, complete=True),
@@ -329,3 +355,23 @@ def test_explain_and_report_tell_of_trucks_and_costs(tmp_path: Path, capsys: pyt
     assert exit_code("report", str(tmp_path)) == 0
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert all(f"<h2>{heading}</h2>" in page for heading in ("Departures", "What an order costs"))
+
+
+FEW_AN_HOUR = "instance.arrivals={process='poisson', orders_per_hour=14}"
+BUSY = "instance.arrivals={process='poisson', orders_per_hour=400}"
+LATE = "instance.due={allowance_s=60, spread_s=60, priority_share=0.4, priority_allowance_s=20}"
+BATTERY = "robots.battery={capacity_wh=90, loaded_w=900, charging_w=20000}"
+
+
+@cases(
+    "name changes",
+    ("examples/small", (FEW_AN_HOUR, LATE, "run.warmup_s=3700", 'stations.open={1=[["00:00", "01:30"]]}')),
+    ("examples/small", (BUSY, LATE, "run.warmup_s=30", "run.until_s=200", "rules.pp=whca-n")),
+    ("examples/small", (BUSY, "layout.chargers=1", "rules.idle=charge-when-low", "rules.move=utility", BATTERY)),
+    ("examples/small", (BUSY, "stations.outages={mtbf_h=0.05, mttr_s=60}", "robots.available=[['00:00', '00:04', 3]]")),
+    ("examples/small", ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time", "stations.release=handled")),
+    ("examples/replenished", ("run.warmup_s=100",)),
+)
+def test_metrics_and_tables_are_what_the_trace_amounts_to(tmp_path: Path, name: str, changes: tuple[str, ...]) -> None:
+    rmfs_core.run(name, overrides=["instance.orders=30", *changes], out=tmp_path, record=["trace"])
+    assert validate_trace(tmp_path) == []
