@@ -176,7 +176,6 @@ def test_a_world_is_its_scenario_with_fixed_rules(world: str) -> None:
 
 
 def test_a_scenario_of_ones_own_is_a_world_with_its_own_rules(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Also with files of its own folder, for a rule of the current one, and up to a horizon."""
     monkeypatch.chdir(tmp_path)
     mine = write_rule(tmp_path, "poa", FIRST)
     shipped = load_scenario("examples/from-csv")
@@ -239,7 +238,6 @@ def called(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, st
 
 
 def test_side_by_side(capsys: pytest.CaptureFixture[str]) -> None:
-    """Rules that decide the same share a table; its figures are the means of those of the runs."""
     asked = ("first-come", "two-stage", "nearest-pod", *SHORT, "--seed", "1", "--seed", "2")
     code, out, _ = called(capsys, *asked)
     assert code == 0

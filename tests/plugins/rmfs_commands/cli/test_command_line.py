@@ -19,7 +19,6 @@ from types import ModuleType
 import click
 import pytest
 from numba import njit
-from numba.core import caching, environment
 from rich.console import Console
 
 from bad_rules import write_rule
@@ -28,7 +27,6 @@ from cases import cases
 from rmfs_commands.cli import interrupts
 from rmfs_commands.cli.compiling import compile_told, compiling_announced
 from rmfs_commands.cli.interrupts import Interrupt
-from rmfs_commands.cli.loading import loading_alone
 from rmfs_commands.cli.main import main, rmfs
 from rmfs_commands.cli.streams import answer, kept_output, no_input, own_input
 from rmfs_commands.serve.service import SMALL
@@ -410,19 +408,6 @@ STATE = {**SMALL, "ask": {"decides": "POA"}}
 PRINTED = ("IMPORTED", "BELOW", "BUFFERED BY C", "BUFFERED BY PYTHON", "AT THE END", "BELOW AT THE END")
 
 
-def test_what_else_is_printed_goes_to_standard_error(capfd: pytest.CaptureFixture[str]) -> None:
-    print("before")
-    with kept_output() as answers, kept_output() as same:
-        assert answers is same
-        print("from a rule")
-        os.write(1, b"from a solver\n")
-        answer("answer")
-    print("after")
-    out, err = capfd.readouterr()
-    assert out == "before\nanswer\nafter\n"
-    assert sorted(err.splitlines()) == ["from a rule", "from a solver"]
-
-
 def test_streams_of_text_alone_serve_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
     out, err = io.StringIO(), io.StringIO()
     monkeypatch.setattr("sys.stdin", io.StringIO("caf\u00e9\n"))
@@ -437,25 +422,6 @@ def test_streams_of_text_alone_serve_as_well(monkeypatch: pytest.MonkeyPatch) ->
     first, rest = out.getvalue().split("\n", 1)
     assert first == "raw caf\u00e9"
     assert json.loads(rest)["valid"]
-
-
-def test_plugins_have_no_input(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    file = tmp_path / "input"
-    file.write_text("a line\nanother\n", encoding="utf-8")
-    own = os.dup(0)
-    with file.open(encoding="utf-8") as given:
-        os.dup2(given.fileno(), 0)
-        with os.fdopen(0, closefd=False) as stream:
-            monkeypatch.setattr("sys.stdin", stream)
-            with no_input(), no_input():
-                assert (sys.stdin.read(), os.read(0, 9)) == ("", b"")
-                with pytest.raises(EOFError):
-                    input()
-                assert own_input().readline() == b"a line\n"
-            os.lseek(0, 0, os.SEEK_SET)
-            assert sys.stdin.readline() == "a line\n"
-        os.dup2(own, 0)
-        os.close(own)
 
 
 CALLS = [
@@ -490,48 +456,6 @@ def test_a_stream_that_is_closed_is_no_fault(closed: str, tmp_path: Path) -> Non
     assert "1>&-" in closed or json.loads(done.stdout)["assignments"] == []
 
 
-def test_what_is_cached_loads_without_what_compiles(tmp_path: Path) -> None:
-    module = """
-        from heapq import heappop, heappush
-        import numba, numpy as np
-        @numba.njit(cache=True)
-        def least(n):
-            if n < 1:
-                raise ValueError("too few")
-            numbers, queue = np.empty(n, np.int64), [(2, 0)]
-            numbers.fill(n)
-            heappush(queue, (1, 0))
-            return (numbers * heappop(queue)[0]).min()
-        @numba.njit(cache=True)
-        def known(word):
-            return hash(word) != -1
-    """
-    program = """
-        import sys
-        import numpy as np
-        from rmfs_commands.cli.loading import loading_alone
-        from searching import known, least
-        library, problem = "numba.np.arraymath", ""
-        with loading_alone():
-            found, alone = least(3), library not in sys.modules
-            try:
-                least(0)
-            except ValueError as error:
-                problem = str(error)
-            print(found, problem, alone, known("pod"), library in sys.modules)
-            print(least(np.int8(3)) if "new" in sys.argv else "")
-    """
-    (tmp_path / "searching.py").write_text(dedent(module), encoding="utf-8")
-    variables = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path)}
-
-    def run(*arguments: str) -> str:
-        command = [sys.executable, "-c", dedent(program), *arguments]
-        return subprocess.run(command, env=variables, capture_output=True, text=True, check=True).stdout.strip()
-
-    assert (run(), run()) == ("3 too few False True True", "3 too few True True True")
-    assert run("new") == "3 too few True True True\n3"
-
-
 def test_a_run_loads_no_library_that_compiles(tmp_path: Path) -> None:
     program = """
         import sys
@@ -542,15 +466,6 @@ def test_a_run_loads_no_library_that_compiles(tmp_path: Path) -> None:
     command = [sys.executable, "-c", dedent(program), str(tmp_path / "out")]
     printed = [subprocess.run(command, capture_output=True, text=True, check=True).stdout for _ in range(2)]
     assert printed[1] == "False\n"
-
-
-def test_nothing_stays_changed() -> None:
-    import rmfs_core.world.travel_search  # noqa: F401
-
-    before = caching.Cache.load_overload, environment.importlib
-    with loading_alone(), loading_alone():
-        assert (caching.Cache.load_overload, environment.importlib) != before
-    assert (caching.Cache.load_overload, environment.importlib) == before
 
 
 def test_what_another_process_compiles_is_looked_for_again(tmp_path: Path) -> None:

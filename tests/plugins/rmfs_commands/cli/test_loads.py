@@ -76,7 +76,6 @@ def test_the_load_of_pickers(items, stations, keys, wanted_h, there_h, peak, pea
 
 
 def test_what_is_said_of_too_much() -> None:
-    """Above 100 % there is a warning with what is needed; where only the peak hour is, a note."""
     much, trips = reckoned({6: 3600, 16: 3600})
     (warning, of_robots) = load_warnings((much, trips))
     assert warning == (
@@ -97,7 +96,6 @@ def test_what_is_said_of_too_much() -> None:
 
 
 def test_the_end_of_a_run_is_a_limit() -> None:
-    """Orders that arrive later do not count, and what cannot be done before it is told."""
     scenario = load_scenario("examples/poisson", ["run.until_s=1800", "stations.handle_s=60"])
     instance = make_instance(scenario)
     pickers = loads(scenario, instance, make_layout(scenario))[0]
@@ -106,14 +104,6 @@ def test_the_end_of_a_run_is_a_limit() -> None:
     assert pickers.wanted_h == pytest.approx(early / 60)
     (note,) = load_warnings([pickers])
     assert note.startswith("Note: the run ends after 0.5 h (`run.until_s`), and pickers are not done before ")
-
-
-def test_orders_that_are_refilled_have_no_hours() -> None:
-    scenario = load_scenario("examples/poisson", ["instance.arrivals={process='refill', backlog=5}"])
-    instance = make_instance(scenario)
-    pickers = loads(scenario, instance, make_layout(scenario))[0]
-    assert pickers.percent is None
-    assert pickers.wanted_h == pytest.approx(sum(order.items for order in instance.orders) * 13 / 3600)
 
 
 @pytest.mark.parametrize(
@@ -161,14 +151,6 @@ def test_bundles_are_work_for_those_who_store_them(also: bool) -> None:
     assert " and bundle" in found[1].work
 
 
-def test_chargers_have_a_load() -> None:
-    scenario = load_scenario("examples/charging")
-    found = loads(scenario, make_instance(scenario), make_layout(scenario))
-    assert [load.who for load in found] == ["pickers", "robots", "chargers"]
-    assert found[2].number == 2
-    assert [load.percent for load in found[:2]] < [100, 100] < [found[2].percent]
-
-
 def test_hours_out_of_service_are_none() -> None:
     """Stations are down for a tenth of the time, robots for a half and one of two for a quarter of the day besides."""
     often = ["stations.outages={mtbf_h=0.9, mttr_s=360}", "robots.failures={mtbf_h=1, mttr_s=3600}"]
@@ -192,7 +174,6 @@ def test_hours_out_of_service_are_none() -> None:
     ({6: 10**9, 16: 1}, 60),
 )
 def test_stations_and_robots_are_guessed_from_the_load(items: Mapping[int, int], stations: int) -> None:
-    """At 13 s an item; no station is without a row, and no robot without a place."""
     size, found = size_for(100, demand(items))
     assert abs(size.stations - stations) <= 2
     assert max(size.sides) <= (size.rows - 1) // 2

@@ -45,39 +45,6 @@ def given(*arguments: str) -> dict[str, str]:
     return dict(line.split("=", 1) for line in done.output.splitlines())
 
 
-def test_what_is_given_or_left_out() -> None:
-    assert given("paper-250") == {
-        "scenario": "paper-250",
-        "overrides": "()",
-        "seed": "None",
-        "jobs": "None",
-        "dask": "None",
-        "as_json": "False",
-    }
-    options = ("--set", "a.b=1", "--set", "c=", "--seed", "0", "-j", "2", "--dask", "tcp://host:1", "--json")
-    assert given("x.toml", *options) == {
-        "scenario": "x.toml",
-        "overrides": "('a.b=1', 'c=')",
-        "seed": "0",
-        "jobs": "2",
-        "dask": "tcp://host:1",
-        "as_json": "True",
-    }
-
-
-@cases(
-    "arguments problem",
-    ((), "Missing argument 'SCENARIO'"),
-    (("x", "--seed", "-1"), "'--seed': expected a whole number >= 0, found -1"),
-    (("x", "--jobs", "0"), "expected a whole number >= 1, found 0"),
-    (("x", "--seed", "one"), "expected a whole number >= 0, found one"),
-)
-def test_what_is_wrong_is_said(arguments: tuple[str, ...], problem: str) -> None:
-    done = CliRunner().invoke(command, arguments)
-    assert done.exit_code == 2
-    assert problem in done.output
-
-
 @cases(
     "kind value problem",
     (NumberRange(min=0, min_open=True), "3x", "expected a number > 0, found 3x"),

@@ -13,7 +13,7 @@ from calling import exit_code
 from cases import cases
 from installed import RMFS
 from rmfs_commands.cli.choices import option_named, parse_choice, with_parameters
-from rmfs_commands.cli.description import RuleDescription, installed_rules, sections
+from rmfs_commands.cli.description import RuleDescription, installed_rules
 from rmfs_commands.cli.rules import rules
 from rmfs_commands.cli.single_rule import load_rule
 from rmfs_commands.details.catalogue import CATALOGUE
@@ -21,7 +21,7 @@ from rmfs_commands.results.figures import TIMING
 from rmfs_core import InputError, entrypoints
 from rmfs_core.roles import Role
 from rmfs_core.rules.parameters import parameters_of
-from rmfs_core.rules.sources import RuleSources, load_entry
+from rmfs_core.rules.sources import load_entry
 from rmfs_core.scenario import RuleChoice
 
 Install = Callable[..., None]
@@ -205,29 +205,6 @@ def test_a_rule_that_cannot_be_used_says_why(install: Callable[..., None], sourc
     assert described("demand").error is None
 
 
-def test_rules_are_sorted_by_what_they_decide() -> None:
-    rules = [rule for rule in installed_rules() if rule.distribution == "rmfs"]
-    firsts = list(dict.fromkeys(rule.decides[0] for rule in rules))
-    assert firsts[:2] == ["POA", "PPS"]
-    assert [rule.decides[0] for rule in rules] == sorted((r.decides[0] for r in rules), key=firsts.index)
-    names = [rule.name for rule in rules if rule.decides == ("POA",)]
-    assert names == sorted(names)
-
-
-def test_docstrings_and_references_are_shown() -> None:
-    def shown(reference: str) -> str:
-        return RuleDescription("x", "rmfs", "1", reference=reference).short_references()
-
-    assert shown("A. Uthor: A report, 1999.\nMore.") == "A. Uthor: A report, 1999."
-    assert (
-        shown("arXiv:1706.09347. https://doi.org/10.1/a, doi:10.1/a. DOI: 10.2/b") == "arXiv:1706.09347\n10.1/a\n10.2/b"
-    )
-    assert shown("") == ""
-    doc = "Summary.\n\nParameters\n----------\na\n    First.\n\nReferences\n----------\nSomebody."
-    assert sections(doc) == {"Parameters": "a\n    First.", "References": "Somebody."}
-    assert sections("Summary.") == {}
-
-
 def test_choices() -> None:
     assert parse_choice("demand", "x") == RuleChoice("demand")
     table = parse_choice('{ rule = "integrated", gap = 0.1, threads = 2 }', "x")
@@ -260,15 +237,6 @@ def test_an_error_names_what_was_typed(place: str, named: str) -> None:
 
 
 RANDOM = RuleChoice("random")
-RULE = """
-import attrs
-from rmfs_core import hookimpl
-
-@attrs.define
-class Mine:
-    @hookimpl
-    def filter_backlog(self, orders): return orders
-"""
 
 
 def test_the_role_of_a_single_rule() -> None:
@@ -279,14 +247,6 @@ def test_the_role_of_a_single_rule() -> None:
         load_rule(RANDOM, tuple(Role), place="here")
     with pytest.raises(InputError, match=r"decides PP; expected a rule for POA or PPS$"):
         load_rule(RuleChoice("sipp"), (Role.POA, Role.PPS))
-
-
-def test_a_file_is_loaded_once_for_several_calls(tmp_path: Path) -> None:
-    (tmp_path / "mine.py").write_text(RULE, encoding="utf-8")
-    choice, sources = RuleChoice("./mine.py:Mine"), RuleSources(str(tmp_path))
-    first, second = (load_rule(choice, (Role.FILTER,), sources=sources) for _ in range(2))
-    alone = load_rule(choice, (Role.FILTER,), folder=str(tmp_path))
-    assert type(first.instance) is type(second.instance) is not type(alone.instance)
 
 
 def test_metrics_are_listed_with_unit_and_group(capsys: pytest.CaptureFixture[str]) -> None:

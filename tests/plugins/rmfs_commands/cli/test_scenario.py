@@ -13,7 +13,6 @@ from installed import RMFS
 from rmfs_commands.cli.checking import check_scenario, load_checked
 from rmfs_commands.cli.main import main
 from rmfs_commands.cli.schema import scenario_schema
-from rmfs_commands.cli.shipped import print_shipped, summary
 from rmfs_commands.cli.toml_scenario import to_toml
 from rmfs_commands.layouts import parse_map
 from rmfs_core.errors import InputError
@@ -29,24 +28,10 @@ def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, 
 
 @pytest.mark.parametrize("name", shipped_scenarios())
 def test_shipped_scenarios_pass(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """Every shipped scenario could be run as it is; a column that is left out is named once a process."""
     code, out, err = run(capsys, "scenario", "check", name)
     assert code == 0
     assert all(": ignored `" in line for line in err.splitlines())
     assert out.startswith(f"{name} is valid: ")
-
-
-def test_check_names_an_order_that_comes_back(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "orders.csv").write_text("order,arrival_s,sku,quantity\no1,0,a,1\no2,0,a,1\no1,0,a,1\n")
-    (tmp_path / "pods.csv").write_text("pod,sku,quantity\np,a,9\n")
-    files = [f"instance.{kind}_file={tmp_path / kind}.csv" for kind in ("orders", "pods")]
-    code, out, err = run(capsys, "scenario", "check", "examples/small", "--set", files[0], "--set", files[1])
-    assert code == 0
-    assert out.startswith("examples/small is valid: 2 orders of 3 items, ")
-    assert err == (
-        f"{tmp_path}/orders.csv, line 4: order o1 appears again after rows of other orders, "
-        "and its rows are read as one order.\n"
-    )
 
 
 def test_check_says_that_it_loads_code(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -94,14 +79,6 @@ def test_a_map_reads_back_as_the_same_layout(name: str, capsys: pytest.CaptureFi
     assert (again.width, again.height, again.stations) == (layout.width, layout.height, layout.stations)
     assert (again.kind == layout.kind).all()
     assert (again.moves == layout.moves).all()
-
-
-def test_overrides_count(capsys: pytest.CaptureFixture[str]) -> None:
-    _, out, _ = run(capsys, "scenario", "map", "examples/small", "--set", "layout.stations_east=1")
-    assert out.count("O") == 1
-    code, out, _ = run(capsys, "scenario", "check", "examples/small", "--set", "layout.stations_east=1")
-    valid = "examples/small is valid: 50 orders of 130 items, 20 SKUs, 30 pods, 1 station, 4 robots.\n"
-    assert (code, out.partition("Load of")[0]) == (0, valid)
 
 
 @pytest.mark.parametrize("width", [60, 80, 140])
@@ -365,34 +342,14 @@ def test_what_may_be_a_slip_is_noted(tmp_path: Path) -> None:
     (tmp_path / "pods.csv").write_text("pod,sku,quantity\n1,mug,5\n", encoding="utf-8")
     (tmp_path / "skus.csv").write_text("sku,size\nmug,1\nmugg,3\n", encoding="utf-8")
     (tmp_path / "bundles.csv").write_text("bundle,arrival_s,sku,items\nA,0,fork,1\n", encoding="utf-8")
-    (tmp_path / "own.toml").write_text(
-        """
-        [instance]
-        orders_file = "orders.csv"
-        pods_file = "pods.csv"
-        skus_file = "skus.csv"
-        replenishment = { process = "file", file = "bundles.csv" }
-        [layout]
-        block_rows = 3
-        block_columns = 2
-        stations_east = 1
-        replenishment_west = 1
-        [robots]
-        count = 1
-        available = [["06:00", "22:00", 0]]
-        [rules]
-        poa = "pod-match"
-        pps = "demand"
-        roa = "first-bundle"
-        rps = "emptiest-pod"
-        """,
-        encoding="utf-8",
-    )
-    checked = check_scenario(str(tmp_path / "own.toml"), (), None, allow_inline=False)
+    given = [f"instance.{what}_file={tmp_path}/{what}.csv" for what in ("orders", "pods", "skus")]
+    given += [f'instance.replenishment={{process="file", file="{tmp_path}/bundles.csv"}}']
+    given += ['robots.available=[["06:00", "22:00", 0]]']
+    checked = check_scenario("examples/replenished", given, None, allow_inline=False)
     assert (checked.problems, checked.notes) == (
         [],
         [
-            "Note: skus.csv has SKUs that no pod, order or bundle has: mugg.",
+            f"Note: {tmp_path}/skus.csv has SKUs that no pod, order or bundle has: mugg.",
             "Note: bundles bring SKUs that no pod has and no order wants: fork.",
             "Note: `robots.available` has no robot on duty at any time.",
         ],
@@ -456,20 +413,6 @@ def files(tmp_path: Path) -> dict[str, Path]:
     for name, text in texts.items():
         found[name].write_text(text, encoding="utf-8")
     return found
-
-
-def test_names_and_summaries_of_files(files, tmp_path, capsys) -> None:
-    assert [summary(file) for file in files.values()] == ["What a is for.", "Another", ""]
-    longer = tmp_path / "longer.toml"
-    longer.write_text("# What it is\n# for.\n#\n# Details.\nseed = 1\n", encoding="utf-8")
-    assert summary(longer) == "What it is for."
-    empty = tmp_path / "empty.toml"
-    empty.write_text("", encoding="utf-8")
-    assert summary(empty) == ""
-    print_shipped(files, as_json=False)
-    assert capsys.readouterr().out == "a          What a is for.\nlong-name  Another\nnone\n"
-    print_shipped({}, as_json=False)
-    assert capsys.readouterr().out == ""
 
 
 @pytest.mark.parametrize("name", shipped_scenarios())

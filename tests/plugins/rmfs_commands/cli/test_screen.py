@@ -10,24 +10,21 @@ import sys
 from pathlib import Path
 
 import pytest
-from attrs import evolve, frozen
+from attrs import evolve
 from hypothesis import given
 from hypothesis import strategies as st
 from rich import box
 from rich.console import Console, RenderableType
-from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
 import rmfs_core
 from cases import cases
-from rmfs_commands.cli.display import duration
 from rmfs_commands.cli.grids import Grid, file_name, grid_csv
 from rmfs_commands.cli.latex import COLUMN_PT, TEXT_PT, latex_text, to_latex, width_pt, write_grid
 from rmfs_commands.cli.main import main
 from rmfs_commands.cli.notes import notes_console
 from rmfs_commands.cli.progress import (
-    MOST_SLOTS,
     RISING,
     RISING_ASCII,
     RunCounts,
@@ -39,7 +36,7 @@ from rmfs_commands.cli.progress import (
     run_display,
     waits_for,
 )
-from rmfs_commands.cli.screen import new_table, output_console, print_described, print_json, print_named, say
+from rmfs_commands.cli.screen import new_table, output_console, print_named, say
 from rmfs_commands.cli.summary import PROFILE, gaps_of, print_profile, print_summary
 from rmfs_commands.cli.trimming import WithoutTrailingBlanks
 from rmfs_commands.cli.visible import VisibleSigns
@@ -107,46 +104,6 @@ def test_a_pipe_is_80_columns_wide(monkeypatch: pytest.MonkeyPatch, capsys: pyte
     assert 100 < max(map(len, capsys.readouterr().out.splitlines())) <= 120
 
 
-@pytest.mark.parametrize("width", [30, 80])
-def test_names_beside_what_they_are(width: int) -> None:
-    stream = io.StringIO()
-    print_described(Console(file=stream, width=width), {"a": 12 * "word ", "a-long-name": "[brackets]"})
-    lines = [line.rstrip() for line in stream.getvalue().splitlines()]
-    assert max(map(len, lines)) <= width
-    assert lines[0] == (f"a            {11 * 'word '}word" if width == 80 else "a")
-    assert lines[-1] == ("a-long-name  [brackets]" if width == 80 else "    [brackets]")
-
-
-def test_a_line_is_printed_as_it_is() -> None:
-    stream = io.StringIO()
-    say(Console(file=stream, width=20), "a [run] of " + 30 * "x")
-    assert stream.getvalue() == "a [run] of " + 30 * "x" + "\n"
-
-
-def test_json_of_objects(capsys: pytest.CaptureFixture[str]) -> None:
-    @frozen
-    class Thing:
-        name: str
-        parts: tuple[float, ...]
-
-    print_json({"things": [Thing("a", (1.5, float("inf")))], "none": None})
-    assert json.loads(capsys.readouterr().out) == {"things": [{"name": "a", "parts": [1.5, "inf"]}], "none": None}
-
-
-def test_names_in_tables_are_no_markup(capsys: pytest.CaptureFixture[str]) -> None:
-    table = new_table("[/a]")
-    table.add_column("Rule [b]")
-    table.add_row("[/mine]")
-    output_console().print(table)
-    printed = capsys.readouterr().out
-    assert all(name in printed for name in ("[/a]", "Rule [b]", "[/mine]"))
-
-
-@pytest.mark.parametrize(("seconds", "text"), [(0, "0:00:00"), (3599.6, "1:00:00"), (36_061, "10:01:01")])
-def test_durations(seconds: float, text: str) -> None:
-    assert duration(seconds) == text
-
-
 HIDE_CURSOR, SHOW_CURSOR, ERASE_LINE = "\x1b[?25l", "\x1b[?25h", "\x1b[1A\x1b[2K"
 
 EVENTS = (
@@ -157,24 +114,10 @@ EVENTS = (
 )
 
 
-def test_plain_lines_tell_the_same_of_equal_runs(tiny: RunInfo) -> None:
-    stream = io.StringIO()
-    progress = run_display(Console(file=stream, width=20), "a [run]")
-    assert isinstance(progress, RunLines)
-    progress.run_started(tiny)
-    for event in EVENTS:
-        progress.on_event(event)
-    progress.run_ended(21_000, "partial")
-    assert stream.getvalue().splitlines() == [
-        "a [run]: 2 orders, 2 SKUs, 2 pods, 2 stations, 2 robots, seed 7",
-        " 50 %  0:00:21 simulated, 2 picks, 1.00 visits per order, pile-on 2.00",
-        "partial: 1 of 2 orders, 0:00:21 simulated",
-    ]
-
-
 def test_plain_lines_fit_80_columns(tiny: RunInfo) -> None:
     stream = io.StringIO()
-    progress = RunLines("paper-2000-split-among-stations", Console(file=stream))
+    progress = run_display(Console(file=stream), "paper-2000-split-among-stations")
+    assert isinstance(progress, RunLines)
     progress.run_started(evolve(tiny, instance=evolve(tiny.instance, orders=tiny.instance.orders * 5000)))
     progress.counts = RunCounts(total=10_000, orders=8999, picks=99_998, visits=99_999, picks_at=[0, 0])
     progress.counts.stopped_early = 1000
@@ -229,16 +172,6 @@ def test_the_live_display_can_be_closed_twice(tiny: RunInfo) -> None:
     assert given_back.endswith(ERASE_LINE)
     progress.close()
     assert stream.getvalue() == given_back
-
-
-@given(st.lists(st.integers(0, 10_000_000), max_size=60).map(sorted))
-def test_every_pick_is_in_the_throughput_once(ticks: list[int]) -> None:
-    throughput = Throughput(slot_s=1)
-    for tick in ticks:
-        throughput.add(tick)
-    assert sum(throughput.picks) == len(ticks)
-    assert len(throughput.picks) <= MOST_SLOTS
-    assert len(throughput.line(10_000_000, 10, RISING)) in ((0,) if not ticks else range(11))
 
 
 def test_the_throughput_of_two_minutes_and_an_idle_third() -> None:
@@ -439,24 +372,6 @@ def table() -> Table:
     return made
 
 
-def test_a_table_keeps_its_columns_and_loses_its_blanks() -> None:
-    plain, found = trimmed_text(table(), trimmed=False), trimmed_text(table())
-    assert plain != found
-    assert found == "".join(f"{line.rstrip()}\n" for line in plain.splitlines())
-    assert found.splitlines()[2] == ""
-
-
-@cases(
-    "what expected",
-    (Text("  two  words  "), "  two  words\n"),
-    (Text("first \n\n  third "), "first\n\n  third\n"),
-    (Padding(Text("inside"), (1, 2)), "\n  inside\n\n"),
-    (Text(""), "\n"),
-)
-def test_blanks_before_and_between_words_stay(what: RenderableType, expected: str) -> None:
-    assert trimmed_text(what) == expected
-
-
 def test_lines_and_styles_stay() -> None:
     assert trimmed_text(Text("asks: "), end="") == "asks:"
     words = Text.assemble(("red ", "red"), ("bold ", "bold"), ("   ", "underline"))
@@ -541,7 +456,6 @@ def test_latex() -> None:
     (["first-come"], 12, "table*", 2, False),
 )
 def test_a_table_fits_into_a_column_or_into_the_text(names, figures, kind, parts, broken) -> None:
-    """Too wide for a column of two it spans both; then its names are broken, and at last it is split."""
     figure = "1,234.56"
     grid = Grid("", (), ("Rule set", *["Mean"] * figures), [(*names, *[figure] * figures)], range(1, figures + 1))
     text = to_latex(grid, "a")

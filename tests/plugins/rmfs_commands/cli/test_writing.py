@@ -7,12 +7,8 @@ import pytest
 from attrs import evolve
 
 from calling import exit_code
-from rmfs_commands.cli.csv_writing import orders_csv, pods_csv
-from rmfs_commands.cli.file_writing import write_files
 from rmfs_commands.cli.main import main
-from rmfs_commands.instances.generator import generate_instance
 from rmfs_commands.layouts import block_map
-from rmfs_core.errors import InputError
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import InstanceSection, load_scenario, shipped_scenarios
 from rmfs_core.world import make_instance, make_layout
@@ -55,6 +51,12 @@ def test_files_in_the_way(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     main(["generate", "examples/small", "--out", str(tmp_path), "--force"])
     assert sorted(path.name for path in tmp_path.iterdir()) == ["orders.csv", "pods.csv", "scenario.toml"]
     assert (tmp_path / "pods.csv").read_text(encoding="utf-8") != "mine"
+    for file in tmp_path.iterdir():
+        file.unlink()
+    (tmp_path / "scenario.toml").mkdir()
+    assert exit_code("generate", "examples/small", "--out", str(tmp_path), "--force") == 2
+    assert capsys.readouterr().err.endswith("scenario.toml: cannot be written: a folder has that name\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["scenario.toml"]
 
 
 def test_maps_and_rules_in_files_come_along(tmp_path: Path) -> None:
@@ -70,19 +72,6 @@ def test_maps_and_rules_in_files_come_along(tmp_path: Path) -> None:
     assert scenario.layout.map_file == "hall.txt"
     assert make_layout(scenario).storage_locations == make_layout(small).storage_locations
     assert (tmp_path / "new" / "mine.py").read_text(encoding="utf-8") == RULE
-
-
-def test_rules_from_elsewhere_come_along(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("one", "two"):
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "mine.py").write_text(f"{RULE}\nNAME = {name!r}\n", encoding="utf-8")
-    monkeypatch.chdir(tmp_path / "one")
-    chosen = ["rules.poa=./mine.py:Mine", "rules.pps=../two/mine.py:Mine", 'rules.filters=["./mine.py:Mine"]']
-    main(["generate", "examples/small", "--out", "../new", *(word for one in chosen for word in ("--set", one))])
-    rules = load_scenario(tmp_path / "new" / "scenario.toml").rules
-    assert (rules.poa.rule, rules.pps.rule) == ("./mine.py:Mine", "./mine_2.py:Mine")
-    assert [choice.rule for choice in rules.filters] == ["./mine.py:Mine"]
-    assert "two" in (tmp_path / "new" / "mine_2.py").read_text(encoding="utf-8")
 
 
 def test_files_that_parameters_name_come_along(install: Callable[..., None], tmp_path: Path) -> None:
@@ -118,23 +107,3 @@ class Places:
     assert rules.filters[0].instance.plan == new / "a.csv"  # the other one is in plans/
     read = [one.file.read_text(encoding="utf-8") for one in rules.files]
     assert read == ["a\n", "no orders\n", "b\n", "elsewhere\n"]
-
-
-def test_unlimited_stock_is_an_empty_field() -> None:
-    instance = generate_instance(InstanceSection(orders=1, skus=1, pods=1, skus_per_pod=1), 1)
-    assert orders_csv(instance) == "order,arrival_s,sku,quantity\n1,0,1,1\n"
-    assert pods_csv(instance) == "pod,sku,quantity\n1,1,\n"
-
-
-def test_files_are_written_with_their_folders(tmp_path: Path) -> None:
-    write_files(tmp_path / "new", {"a.txt": b"1", "rules/b.py": b"2"}, force=False)
-    assert (tmp_path / "new" / "rules" / "b.py").read_bytes() == b"2"
-    with pytest.raises(InputError, match=r"new/a.txt: found a file of that name; --force replaces it"):
-        write_files(tmp_path / "new", {"a.txt": b"3", "c.txt": b"4"}, force=False)
-    assert not (tmp_path / "new" / "c.txt").exists()
-    write_files(tmp_path / "new", {"a.txt": b"3"}, force=True)
-    assert (tmp_path / "new" / "a.txt").read_bytes() == b"3"
-    (tmp_path / "a.txt").mkdir()
-    with pytest.raises(InputError, match="cannot be written: a folder has that name"):
-        write_files(tmp_path, {"b.txt": b"", "a.txt": b""}, force=True)
-    assert not (tmp_path / "b.txt").exists()

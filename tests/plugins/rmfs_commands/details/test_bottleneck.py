@@ -144,7 +144,6 @@ def orders_at(folder: Path, *times_s: int) -> list[str]:
 
 
 def test_orders_before_the_warm_up_are_told(tmp_path: Path) -> None:
-    """Also where the run is over before an order arrives, at the end of the warm-up."""
     files = orders_at(tmp_path, 0, 90)
     for given in ((*SMALL, "run.until_s=600"), (*files, "run.until_s=60")):
         found = bottleneck(*given, "run.warmup_s=90")
@@ -221,7 +220,6 @@ def test_stations_that_a_rule_closes_are_no_matter_of_hours() -> None:
 
 @pytest.mark.parametrize("seed", range(12))
 def test_all_adds_up_in_random_worlds(seed: int) -> None:
-    """Whatever the rule, and wherever the run is ended."""
     world = random_world(seed)
     for rule in () if world.short else ("first-come", "split-over-time", "pod-index"):
         scenario = world.with_rule(rule)

@@ -1,6 +1,5 @@
 """Metrics and tables that every run leaves, and the figures in them that are worked out by hand."""
 
-import csv
 import json
 from collections.abc import Iterable
 from pathlib import Path
@@ -13,14 +12,10 @@ import rmfs_core
 from calling import exit_code, refusal
 from cases import cases
 from rmfs_commands.details import costs, departures
-from rmfs_commands.details.catalogue import DETAILS, LATENESS, MEASURES, METRICS, on_time
-from rmfs_commands.details.delays import COLUMNS, Delays
+from rmfs_commands.details.catalogue import DETAILS, LATENESS, MEASURES, METRICS
 from rmfs_commands.details.hours import Hours
 from rmfs_commands.details.loading import load_result
-from rmfs_commands.details.measures import Measures
 from rmfs_commands.details.metrics import Metrics
-from rmfs_commands.details.robots import Robots
-from rmfs_commands.details.spans import Number
 from rmfs_commands.details.stations import Stations
 from rmfs_commands.processes.events import StationDown, StationUp
 from rmfs_commands.validation.checking import validate_trace
@@ -32,21 +27,16 @@ from rmfs_core.events import (
     OrderArrived,
     OrderAssigned,
     OrderCompleted,
-    PodLifted,
-    PodStored,
     QueueJoined,
     RobotMoved,
-    RobotsOnDuty,
     StationClosed,
     StationOpened,
-    TaskAssigned,
-    VisitEnded,
     VisitStarted,
 )
 from rmfs_core.info import RunInfo
 from rmfs_core.roles import Role
-from rmfs_core.scenario.model import Costs, FailuresSection, RobotsSection, RunSection, StationsSection
-from rmfs_core.world import Instance, OrderData
+from rmfs_core.scenario.model import FailuresSection, StationsSection
+from rmfs_core.world import OrderData
 
 
 def test_metrics_have_names_and_say_what_they_mean() -> None:
@@ -56,16 +46,6 @@ def test_metrics_have_names_and_say_what_they_mean() -> None:
     for name, metric in ((metric.name, metric) for metric in (*MEASURES, *Metrics.measures)):
         assert metric.meaning.endswith("."), name
         assert (metric.unit == "s") == name.endswith("_s"), name
-
-
-ORDERS = (
-    OrderData("a", arrival_tick=0, lines=((0, 1),), due_tick=15_000),  # complete at 10 s: in time
-    OrderData("b", arrival_tick=0, lines=((0, 3), (1, 1)), due_tick=15_000, priority=2),  # at 20 s: 5 s late
-    OrderData("c", arrival_tick=10_000, lines=((0, 1),), due_tick=5_000),  # due before it arrives; at 40 s: 35 s late
-    OrderData("d", arrival_tick=0, lines=((0, 1),)),  # never due; at 40 s
-    OrderData("e", arrival_tick=0, lines=((0, 1),), due_tick=30_000),  # not complete at 50 s: late
-    OrderData("f", arrival_tick=0, lines=((0, 1),), due_tick=60_000),  # not complete, but there is time
-)
 
 
 def fed(table: Any, events: Iterable[Event]) -> Any:
@@ -92,49 +72,6 @@ def picked(s: int, order: int, station: int = 0, visit: int = 1) -> ItemPicked:
 
 def visit(s: int, number: int) -> VisitStarted:
     return VisitStarted(s * 1000, number, robot=0, pod=0, station=0)
-
-
-def values(run: RunInfo, orders: tuple[OrderData, ...] = ORDERS, begin_s: int = 0) -> dict[str, Number]:
-    """Return the metrics of a run of 50 s in which the first four orders are assigned at 5 s or when they arrive."""
-    measures = Measures(evolve(run, instance=Instance(("x", "y"), orders, ())), begin_s * 1000)
-    fed(measures, [assigned(s, i, station=0) for i, s in enumerate((5, 5, 10, 5))])
-    fed(measures, [visit(s, number) for number, s in enumerate((3, 30), 1)])
-    return fed(measures, [OrderCompleted(1000 * s, i) for i, s in enumerate((10, 20, 40, 40))]).values(50_000)
-
-
-def test_percentiles_and_lateness(tiny: RunInfo) -> None:
-    found = values(tiny)
-    assert (found["turnover_median_s"], found["turnover_p95_s"]) == (25.0, 38.5)
-    assert (found["turnover_backlog_median_s"], found["turnover_backlog_p95_s"]) == (5.0, 5.0)
-    assert (found["turnover_station_median_s"], found["turnover_station_p95_s"]) == (22.5, 34.25)
-    assert (found["items_per_line"], found["orders_per_visit"]) == (7 / 5, 2.0)
-    found = values(tiny)
-    assert (found["late_orders"], found["late_percent"], found["on_time_percent"]) == (3, 75.0, 25.0)
-    assert (found["tardiness_s"], found["tardiness_p95_s"]) == (40 / 3, pytest.approx(32))
-    early = (evolve(ORDERS[0], due_tick=60_000), *ORDERS[1:])  # of those that are due then only it is known
-    assert values(tiny, early)["late_percent"] == 100
-    priorities = {name: value for name, value in found.items() if "priority" in name}
-    assert priorities == {"on_time_percent_priority_0": 100 / 3, "on_time_percent_priority_2": 0.0}
-    assert not any(
-        "late" in name or "time" in name for name in values(tiny, tuple(evolve(o, due_tick=None) for o in ORDERS))
-    )
-    assert on_time(12).name == "on_time_percent_priority_12"
-    groups = {metric.name: metric.group for metric in MEASURES}
-    assert groups[on_time(0).name] == "Due times"
-    assert groups["turnover_p95_s"] is None
-
-
-def test_a_warm_up(tiny: RunInfo) -> None:
-    """Of times those of orders that arrive after it count; orders complete after it count per visit."""
-    found = values(tiny, begin_s=10)
-    assert (found["turnover_median_s"], found["late_orders"], found["tardiness_s"]) == (30.0, 1, 35.0)
-    assert found["orders_per_visit"] == 4.0
-    warm = evolve(tiny, scenario=evolve(tiny.scenario, run=RunSection(warmup_s=3.0)))
-    measured = after(warm, WHOLE_RUN, end_s=70).measured()
-    assert [measured[f"turnover{part}_s"] for part in ("", "_backlog", "_station")] == [65.0, 40.0, 25.0]
-    warm = evolve(tiny, scenario=evolve(tiny.scenario, run=RunSection(warmup_s=900.0)))
-    measured = after(warm, WHOLE_RUN, end_s=70).measured()
-    assert (measured["picks"], measured["orders_completed"], measured["orders_per_hour"]) == (0, 0, None)
 
 
 def decided(period: int, decides: str, wall_s: float, stopped_early: bool = False) -> DecisionMade:
@@ -164,32 +101,6 @@ WHOLE_RUN = (
     picked(70, order=1, visit=2),
     OrderCompleted(70_000, 1),
 )
-
-
-def test_a_run_worked_out_by_hand(tiny: RunInfo) -> None:
-    values = after(tiny, WHOLE_RUN, end_s=70).measured()
-    assert values["orders_completed"] == values["orders_total"] == 2
-    assert (values["picks"], values["pod_station_visits"]) == (4, 2)
-    assert (values["psv_per_order"], values["pile_on"]) == (1.0, 2.0)
-    assert (values["distance_m"], values["loaded_distance_m"], values["empty_distance_m"]) == (80, 50, 30)
-    assert (values["distance_per_order_m"], values["turnover_s"]) == (40.0, (40 + 65) / 2)
-    assert values["turnover_backlog_s"] == (0 + 40) / 2
-    assert (values["turnover_station_s"], values["makespan_s"]) == ((40 + 25) / 2, 70.0)
-    assert values["orders_per_hour"] == pytest.approx(3600 * 2 / 70)
-    assert values["picks_per_hour"] == pytest.approx(3600 * 4 / 70)
-
-
-def test_a_warm_up_counts_for_nothing(tiny: RunInfo) -> None:
-    """From 30 s on: the second order arrives before, so nothing is said of its time; of the first only picks count."""
-    warm = evolve(tiny, scenario=evolve(tiny.scenario, run=RunSection(warmup_s=30.0)))
-    values = after(warm, WHOLE_RUN, end_s=70).measured()
-    assert (values["orders_completed"], values["orders_total"]) == (2, 2)
-    assert (values["picks"], values["pod_station_visits"], values["distance_m"]) == (3, 1, 0)
-    assert (values["psv_per_order"], values["pile_on"], values["turnover_s"]) == (0.5, 3.0, None)
-    assert values["orders_per_hour"] == pytest.approx(3600 * 2 / 40)
-    # the first item is in hand until 33 s, the last one beyond the makespan for 6 s
-    assert values["picker_utilisation"] == (3 + 13 + 13 + 7) / (2 * 40)
-    assert values["makespan_s"] == 70.0
 
 
 def test_runs_that_end_early(tiny: RunInfo) -> None:
@@ -249,10 +160,6 @@ DUE = (
 )
 
 
-def rows(folder: Path, name: str) -> list[dict[str, str]]:
-    return list(csv.DictReader((folder / name).read_text(encoding="utf-8").splitlines()))
-
-
 def test_results_come_back(tmp_path: Path) -> None:
     due = rmfs_core.run("examples/small", overrides=[*SETTINGS, *DUE], out=tmp_path / "due")
     assert load_result(tmp_path / "due").orders == due.orders
@@ -289,51 +196,6 @@ def test_a_broken_result(tmp_path: Path, name: str, content: str | None, problem
     if content is not None:
         (tmp_path / "out" / name).write_text(content)
     assert problem in refusal(lambda: load_result(tmp_path / "out"))
-
-
-WAY = (
-    TaskAssigned(7_000, robot=0, pod=0),
-    driven(7, 0, 11, 3, None),
-    PodLifted(15_000, 13_000, robot=0, pod=0, cell=3),
-    QueueJoined(30_000, robot=0, pod=0, station=0),
-    VisitStarted(42_000, visit=1, robot=0, pod=0, station=0),
-    ItemPicked(49_000, 42_000, 55_000, visit=1, station=0, pod=0, order=0, sku=0),
-    OrderCompleted(49_000, 0),
-)
-
-
-def part(tick_s: int, *, complete: bool) -> OrderAssigned:
-    return OrderAssigned(tick_s * 1000, 0, 0, skus=(0,), items=1, period=1, complete=complete)
-
-
-def row_of(run: RunInfo, *events: Event) -> list[float | None]:
-    robots = Robots(run, 0)
-    delays = Delays(run, 0, robots)
-    for event in sorted(events, key=lambda event: event.tick):
-        fed(robots, [event])
-        fed(delays, [event])
-    row, other = delays.rows()
-    assert set(other.values()) == {"second", None}
-    assert row["turnover_s"] is None or sum(row[column] for column in COLUMNS) == row["turnover_s"]
-    return [row[column] for column in COLUMNS]
-
-
-@cases(
-    "last_part_s expected",
-    (3, [2, 1, 2, 2, 6, 2, 15, 12, 7]),  # before the pod is fetched; until 5 s no robot is free
-    (10, [2, 8, 0, 0, 3, 2, 15, 12, 7]),  # on the way to it
-    (12, [2, 10, 0, 0, 2, 1, 15, 12, 7]),  # beneath it
-    (20, [2, 18, 0, 0, 0, 0, 10, 12, 7]),  # while it drives
-    (35, [2, 33, 0, 0, 0, 0, 0, 7, 7]),  # while it queues
-    (45, [2, 43, 0, 0, 0, 0, 0, 0, 4]),  # while it stands at the station
-)
-def test_an_order_of_two_parts(tiny: RunInfo, last_part_s: int, expected: list[float]) -> None:
-    """The first part is assigned at 2 s; what the last pod did before the last part was assigned counts as nothing.
-
-    The other robot never works; this one is free from 5 s on.
-    """
-    shift = RobotsOnDuty(0, number=0), RobotsOnDuty(5_000, number=1)
-    assert row_of(tiny, *shift, part(2, complete=False), part(last_part_s, complete=True), *WAY) == expected
 
 
 H = 3_600_000
@@ -397,44 +259,6 @@ def test_a_station_that_is_closed_or_out_of_service(tiny: RunInfo, section, even
     assert stations.values(0, 60_000) == (hours if section is DAY else {})
 
 
-TRIP: tuple[Event, ...] = (
-    TaskAssigned(10_000, robot=0, pod=0),
-    driven(10, 3, 20, 7, None),  # waits 3 s
-    PodLifted(22_000, 20_000, robot=0, pod=0, cell=1),
-    driven(25, 1, 35, 9, 0),  # waits 3 s for its path, and 1 s on it
-    QueueJoined(35_000, robot=0, pod=0, station=0),
-    VisitStarted(40_000, visit=1, robot=0, pod=0, station=0),
-    VisitEnded(47_000, visit=1, pod=0, station=0, picks=1, next_station=None),
-    driven(47, 0, 57, 10, 0),
-    PodStored(59_000, 57_000, robot=0, pod=0, cell=1),
-)
-
-
-def test_waits_and_time_off_duty(tiny: RunInfo) -> None:
-    robots = fed(Robots(tiny, 0), [TaskAssigned(12_000, robot=0, pod=0), driven(10, 0, 15, 3, None)])
-    row = robots.rows(20_000)[0]
-    assert (row["idle_s"], row["to_pod_s"], row["waiting_s"]) == (12, 8, 0)
-    late = PodLifted(62_000, 60_000, robot=0, pod=0, cell=1)
-    robots = fed(Robots(tiny, 0), (*TRIP[:2], late, driven(65, 0, 70, 9, 0)))
-    assert (robots.for_room_ticks, robots.waiting_ticks) == (40_000, 46_000)
-    assert "off_s" not in Robots(tiny, 0).rows(1000)[0]
-    at_times = evolve(tiny.scenario, robots=RobotsSection(available=(("00:00", "01:00"),)))
-    events = (*TRIP[:2], RobotsOnDuty(21_000, number=0), *TRIP[2:], RobotsOnDuty(100_000, number=1))
-    row = fed(Robots(evolve(tiny, scenario=at_times), 0), events).rows(130_000)[0]
-    assert (row["idle_s"], row["off_s"], row["storing_s"]) == (10 + 30, 41, 12)
-
-
-@pytest.mark.parametrize(
-    ("begin_s", "expected"),
-    [(0, [26, 19, 21.0, 9.0, 9.0, 5.0, 7.0, 12.0, 7.0]), (34, [19, 19, 11.0, 0.0, 1.0, 5.0, 7.0, 12.0, 0.0])],
-)
-def test_a_trip(tiny: RunInfo, begin_s: int, expected: list[float]) -> None:
-    robots = fed(Robots(tiny, begin_s * 1000), TRIP)
-    row, other = robots.rows(70_000)
-    assert (list(row.values())[1:], sum(list(row.values())[3:])) == (expected, 70 - begin_s)
-    assert (other["idle_s"], robots.waiting_ticks) == (70 - begin_s, expected[-1] * 1000)
-
-
 def test_runs_have_no_figures_of_what_they_lack(tmp_path: Path) -> None:
     over = ["rules.wait_for_stock=false", "instance.orders=5", "rules.pp=free-flow"]
     result = rmfs_core.run("examples/replenished", overrides=over, out=tmp_path)
@@ -478,26 +302,6 @@ def test_trucks_and_who_missed_them() -> None:
 )
 def test_which_trucks_count(orders, end, until, share) -> None:
     assert departures.values(orders, end, until)["departed_share"] == share
-
-
-def test_what_an_order_costs_by_hand() -> None:
-    prices = Costs(
-        picker_per_h=30, packer_per_h=25, replenisher_per_h=20, robot_per_h=0.5, robot_per_year=6000,
-        hours_per_year=4000, kwh=0.4, late_order=3, late_h=12,
-    )  # fmt: skip
-    # 2 pickers and 3 packers for 4 h, 1 replenisher for 2 h, 10 robots for 4 h; 5 kWh; 6 orders late, by 1.5 h in all
-    paid = {"pickers": 8 * H, "packers": 12 * H, "replenishers": 2 * H, "robots": 40 * H}
-    found = costs.values(prices, paid, 5000.0, (6, H * 3 // 2), 100)
-    assert found == {
-        "cost_total": pytest.approx(240 + 300 + 40 + 40 * (0.5 + 1.5) + 2 + 18 + 18),
-        "cost_per_order": pytest.approx(6.98),
-        "cost_pickers_per_order": pytest.approx(2.4),
-        "cost_packers_per_order": pytest.approx(3.0),
-        "cost_replenishers_per_order": pytest.approx(0.4),
-        "cost_robots_per_order": pytest.approx(0.8),
-        "cost_energy_per_order": pytest.approx(0.02),
-        "cost_lateness_per_order": pytest.approx(0.36),
-    }
 
 
 SMALL = ("instance.orders=10", "rules.pp=free-flow", "robots.count=3", "stations.item_capacity=4")
@@ -551,3 +355,23 @@ def test_explain_and_report_tell_of_trucks_and_costs(tmp_path: Path, capsys: pyt
     assert exit_code("report", str(tmp_path)) == 0
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert all(f"<h2>{heading}</h2>" in page for heading in ("Departures", "What an order costs"))
+
+
+FEW_AN_HOUR = "instance.arrivals={process='poisson', orders_per_hour=14}"
+BUSY = "instance.arrivals={process='poisson', orders_per_hour=400}"
+LATE = "instance.due={allowance_s=60, spread_s=60, priority_share=0.4, priority_allowance_s=20}"
+BATTERY = "robots.battery={capacity_wh=90, loaded_w=900, charging_w=20000}"
+
+
+@cases(
+    "name changes",
+    ("examples/small", (FEW_AN_HOUR, LATE, "run.warmup_s=3700", 'stations.open={1=[["00:00", "01:30"]]}')),
+    ("examples/small", (BUSY, LATE, "run.warmup_s=30", "run.until_s=200", "rules.pp=whca-n")),
+    ("examples/small", (BUSY, "layout.chargers=1", "rules.idle=charge-when-low", "rules.move=utility", BATTERY)),
+    ("examples/small", (BUSY, "stations.outages={mtbf_h=0.05, mttr_s=60}", "robots.available=[['00:00', '00:04', 3]]")),
+    ("examples/small", ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time", "stations.release=handled")),
+    ("examples/replenished", ("run.warmup_s=100",)),
+)
+def test_metrics_and_tables_are_what_the_trace_amounts_to(tmp_path: Path, name: str, changes: tuple[str, ...]) -> None:
+    rmfs_core.run(name, overrides=["instance.orders=30", *changes], out=tmp_path, record=["trace"])
+    assert validate_trace(tmp_path) == []

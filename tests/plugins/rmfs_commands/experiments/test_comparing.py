@@ -27,7 +27,7 @@ from rmfs_commands.bounds import BOUNDED, bounds_of
 from rmfs_commands.details.catalogue import MEASURES
 from rmfs_commands.details.metrics import Metrics
 from rmfs_commands.experiments import Experiment, Watcher, run_experiment, shipped_experiments
-from rmfs_commands.experiments.compare import holm, interval, intervals, summary
+from rmfs_commands.experiments.compare import interval, intervals, summary
 from rmfs_commands.experiments.keys import digest_of, rules_of
 from rmfs_commands.experiments.report.numbers import left_out
 from rmfs_commands.experiments.report.plots import make_plots
@@ -87,13 +87,6 @@ def test_a_front_has_what_none_beats_in_both() -> None:
     assert [pair[0].rule_set for pair in comparison.front("one", "m", "n")] == ["c", "a", "b"]
 
 
-def test_holm_by_hand() -> None:
-    """0.01, 0.04, 0.03, 0.005: times 3, 1, 2, 4; the largest is raised to the one before it."""
-    assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
-    assert holm([0.5, 0.6]) == pytest.approx([1.0, 1.0])
-    assert holm([]) == []
-
-
 @pytest.mark.parametrize("values", [[], [3.0], [0.0] * 3, [2.0] * 20, [0.3, 0.1 + 0.2, 0.3], [1.0, 3.0]])
 def test_what_tells_nothing_has_no_interval(values: list[float]) -> None:
     found = interval(values)
@@ -126,7 +119,6 @@ def test_nothing_is_more_than_all_less() -> None:
     ("m", {"m": None, "orders_completed": 0}, "a run completes no order in the time that counts"),
 )
 def test_which_runs_count_and_why_others_do_not(metric: str, more: dict[str, Any], why: str | None) -> None:
-    """A horizon that was reached is an end like another."""
     rows = [row(name, seed, 10.0, makespan_s=10.0) for name in ("base", "other") for seed in (1, 2, 3)]
     rows[-1] |= {"m": 40.0} | more
     comparison = summary(rows, "base", [metric])
@@ -165,58 +157,11 @@ def test_no_mean_makespan_is_of_the_quick_runs_only(metric: str) -> None:
     assert [one.why for one in left.of("one", metric)] == [{why: 3}] * 3
 
 
-def test_figures_per_completed_order_are_marked_where_a_horizon_leaves_some() -> None:
-    rows = [row("base", 1, 1.0, turnover_s=1.0, picks_per_hour=1.0), row("base", 2, 1.0, turnover_s=1.0)]
-    for status, marked in (("complete", False), ("horizon", True)):
-        rows[0]["status"] = status
-        comparison = summary(rows, "base", ["turnover_s", "picks_per_hour"])
-        assert (comparison.censored("turnover_s"), comparison.censored("picks_per_hour")) == (marked, False)
-
-
 def test_which_metrics_of_observers_are_of_completed_orders() -> None:
     of_completed = {one.name for one in MEASURES if one.of_completed}
     per_order = {"packed_s", "packed_p95_s", "consolidation_s", "consolidation_p95_s", "packing_wait_s"}
     assert of_completed >= per_order | {"items_per_line", "orders_per_visit"}
     assert of_completed.isdisjoint({"packed_makespan_s", "orders_packed", "late_percent"})
-
-
-def test_overall_has_one_value_a_seed() -> None:
-    of_seed = {1: 1.0, 2: 3.0, 3: 2.0}
-    rows = [row("base", seed, 10.0, f"instance {i}") for seed in of_seed for i in range(4)]
-    rows += [row("other", seed, 10.0 + of_seed[seed] + i, f"instance {i}") for seed in of_seed for i in range(4)]
-    other = summary(rows, "base", ["m"]).of("overall", "m")[1]
-    by_hand = stats.ttest_1samp([2.5, 4.5, 3.5], 0.0)
-    assert (other.seeds, other.pairs, other.mean) == (3, 12, 13.5)
-    assert other.difference.p == pytest.approx(by_hand.pvalue)
-    assert other.difference.low == pytest.approx(by_hand.confidence_interval(0.95).low)
-    assert other.relative.mean == pytest.approx(0.35)
-
-
-def test_every_seed_is_of_the_same_instances() -> None:
-    rows = [row(name, seed, 10.0, instance) for name in ("base", "other") for seed in (1, 2, 3) for instance in "abc"]
-    for one in rows:
-        one["m"] += 5.0 * (one["rule_set"] == "other") * "abc".index(one["instance"])
-        if one["rule_set"] == "other" and (one["instance"] == "c" or (one["instance"], one["seed"]) == ("a", 2)):
-            one["status"] = "failed"
-    other = summary(rows, "base", ["m"]).of("overall", "m")[1]
-    assert (other.seeds, other.pairs, other.left_out) == (2, 4, 5)
-    assert (other.mean, other.difference.mean) == (12.5, 2.5)
-
-
-def test_bounds_for_all_at_once_agree_with_holm() -> None:
-    """Wider than alone, by the number of rule sets; where Holm is surer than Bonferroni they end at 0."""
-    sure, nearly, unsure = [5.0, 5.1, 5.2, 5.0], [1.0, 2.0, 1.5, 0.6], [1.0, -1.0, 0.5, -0.4]
-    found = intervals([sure, nearly, unsure])
-    alone = [interval(values) for values in (sure, nearly, unsure)]
-    assert [(one.mean, one.low, one.high, one.p) for one in found] == [
-        (one.mean, one.low, one.high, one.p) for one in alone
-    ]
-    wide = stats.t.interval(1 - 0.05 / 3, 3, loc=1.275, scale=stats.sem(nearly))
-    assert wide[0] < 0
-    assert (found[1].low_holm, found[1].high_holm) == (0.0, pytest.approx(wide[1]))
-    assert 0.05 / 3 < found[1].p < 0.05 / 2
-    assert found[1].p_holm == pytest.approx(2 * found[1].p)
-    assert 0 < found[0].low_holm < (found[0].low or 0)
 
 
 def different(values: list[float]) -> bool:
@@ -228,15 +173,6 @@ def test_bounds_and_p_values_never_contradict_each_other(family: list[list[float
     for one in intervals(family):
         assert (one.low <= 0 <= one.high) == (one.p > 0.05)
         assert (one.low_holm < 0 < one.high_holm) == (one.p_holm > 0.05)
-
-
-def test_relative_differences_have_a_p_of_their_own() -> None:
-    """That of the differences is another one: it may be above 0.05 where the other is below."""
-    rows = [row("base", seed, 5.0 * 2**seed) for seed in (1, 2, 3, 4)]
-    rows += [row("other", seed, 5.5 * 2**seed + seed / 10) for seed in (1, 2, 3, 4)]
-    other = summary(rows, "base", ["m"]).paired[1]
-    assert other.relative.p == pytest.approx(stats.ttest_1samp([0.11, 0.11, 0.1075, 0.105], 0.0).pvalue)
-    assert other.relative.p < 0.05 < other.difference.p
 
 
 @cases(
@@ -291,35 +227,9 @@ def test_instance_sets_and_overall() -> None:
     assert all(by_size.holds("overall", one) for one in rows)
 
 
-def test_how_runs_ended_is_counted() -> None:
-    rows = [
-        row("base", 1, 1.0),
-        row("base", 2, 1.0, status="partial", solves_stopped_early=3),
-        row("base", 3, None, status="failed", error_kind="StandstillError"),
-        row("base", 4, None, status="failed", error_kind="RuleError"),
-        row("other", 1, 1.0, solves_stopped_early=0),
-        row("other", 2, 1.0, status="horizon"),
-    ]
-    base, other = summary(rows, "base", ["m"]).counted
-    ends = (base.runs, base.complete, base.partial, base.failed, base.stood_still, base.stopped_early)
-    assert ends == (4, 1, 1, 2, 1, 1)
-    assert (other.runs, other.complete, other.horizon, other.failed, other.stopped_early) == (2, 1, 1, 0, 0)
-
-
 def test_a_baseline_that_is_not_there_is_named() -> None:
     with pytest.raises(InputError, match="did you mean `base`"):
         summary([row("base", 1, 1.0)], "bse", ["m"])
-
-
-def test_how_many_times_the_bound() -> None:
-    """Of each pair, then the mean over a seed's pairs and over the seeds: 2 and 4, 3 and 3, so 3; the bound is 15."""
-    rows = [row("base", seed, 60.0, instance, **{"bound.m": 20.0}) for seed in (1, 2) for instance in ("one", "two")]
-    rows += [row("other", 1, 20.0, "one", **{"bound.m": 10.0}), row("other", 1, 40.0, "two", **{"bound.m": 10.0})]
-    rows += [row("other", 2, 60.0, "one", **{"bound.m": 20.0}), row("other", 2, 60.0, "two", **{"bound.m": 20.0})]
-    comparison = summary(rows, "base", ["m"])
-    found = {one.rule_set: (one.bound, one.times_bound) for one in comparison.of("overall", "m")}
-    assert found == {"base": (20.0, 3.0), "other": (15.0, 3.0)}
-    assert comparison.bounded("m")
 
 
 def test_a_bound_is_of_all_runs_or_of_none() -> None:
@@ -350,7 +260,6 @@ class Listener(Watcher):
 
 
 def test_each_run_has_the_bounds_of_its_world(experiment: Write, tmp_path: Path) -> None:
-    """Also where rules move pods, and where stock is replenished, which leaves no bound of visits."""
     bundles = 'instance.replenishment = { process = "poisson", bundles_per_hour = 60.0, bundle_items = 2 }'
     text = SEVERAL + '[[rule_sets]]\nname = "moving"\nrules.move = "utility"\n[[rule_sets]]\nname = "bundles"\n'
     text += f'rules.roa = "first-bundle"\nrules.rps = "emptiest-pod"\n{bundles}\nstations.also_replenish = true\n'
@@ -479,12 +388,6 @@ def test_a_rule_that_fails_costs_its_own_runs_alone(trial: Path, capsys: pytest.
     assert (list(table["error_kind"][2:]), table["picks"].min() > 0) == (["RuleError"] * 2, True)
     assert compare("bad.toml", "--out", "out", "--jobs", "1") == 1  # it would end the same way again
     assert "all 4 runs are stored already" in capsys.readouterr().err
-
-
-def test_quiet_prints_nothing(trial: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    assert compare("trial.toml", "--quiet", "--out", "out", "--jobs", "1") == 0
-    assert tuple(capfd.readouterr()) == ("", "")
-    assert (trial / "out" / "report.html").exists()
 
 
 def test_the_shipped_experiments_are_listed(capsys: pytest.CaptureFixture[str]) -> None:

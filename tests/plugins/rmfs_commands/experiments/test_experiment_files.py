@@ -21,13 +21,11 @@ from rmfs_commands.experiments import (
     load_experiment,
     shipped_experiments,
 )
-from rmfs_commands.experiments.changes import changes_of
 from rmfs_commands.experiments.experiment import DEFAULT_METRICS, HORIZON_METRICS, PACKING_METRICS
 from rmfs_commands.experiments.resolving import resolve
 from rmfs_core.errors import InputError
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, load_scenario, scenario_from_dict, shipped_scenarios
-from rmfs_core.scenario.structuring import KeyProblem
 from tiny import TWO_RULES
 
 
@@ -48,37 +46,6 @@ def one(folder: Path) -> Experiment:
         folder=str(folder),
         place="trial.toml",
     )
-
-
-def test_every_combination_is_a_run(one: Experiment) -> None:
-    jobs = one.jobs()
-    assert [(job.instance, job.rule_set, job.seed) for job in jobs] == [
-        (f"instance.orders={orders}", rule_set, seed)
-        for orders in (4, 6)
-        for rule_set in ("plain", "other")
-        for seed in (3, 5)
-    ]
-    last = jobs[-1]
-    assert (last.scenario.instance.orders, last.scenario.seed) == (6, 5)
-    assert last.scenario.rules.poa.rule == "first-come"
-    assert last.axes == {"scenario": "tiny", "instance.orders": 6}
-    assert str(last) == "instance.orders=6, other, seed 5"
-    assert len({job.key for job in jobs}) == len(jobs)
-
-
-def test_an_instance_is_called_by_what_tells_it_apart(one: Experiment) -> None:
-    base = one.bases[0]
-    two = (base, evolve(base, name="again"))
-    assert {job.instance for job in evolve(one, axes=()).jobs()} == {"tiny"}
-    assert {
-        job.instance for job in evolve(one, bases=two, axes=(Axis("robots.count", points("robots.count", 1)),)).jobs()
-    } == {"tiny, robots.count=1", "again, robots.count=1"}
-
-
-def test_equal_runs_have_equal_keys(one: Experiment) -> None:
-    same = evolve(one, rule_sets=(*one.rule_sets, RuleSetChoice("again", {"rules.poa": "first-come"})))
-    keys = {name: [job.key for job in same.jobs() if job.rule_set == name] for name in ("plain", "other", "again")}
-    assert keys["other"] == keys["again"] != keys["plain"]
 
 
 @cases(
@@ -146,6 +113,7 @@ name = "a"
 [[rule_sets]]
 name = "b"
 "rules.pps" = "nearest-pod"
+"rules.ta.reallocation_s" = 5
 [rule_sets.rules]
 filters = [{ rule = "most-covered", n = 5 }]
 pr.rule = "random"
@@ -163,6 +131,7 @@ def test_everything_that_a_file_can_say(experiment: Write) -> None:
         "rules.pps": "nearest-pod",
         "rules.filters": [{"rule": "most-covered", "n": 5}],
         "rules.pr": {"rule": "random"},
+        "rules.ta.reallocation_s": 5,
     }
     jobs = read.jobs()
     assert len(jobs) == 2 * (2 * 2 * 2) * 2 * 3
@@ -194,10 +163,6 @@ DUE_METRICS = ("missed_percent", "cost_per_order")
 def test_metrics_are_those_of_a_horizon_where_an_axis_sets_one(experiment, more, metrics) -> None:
     text = 'base = "tiny.toml"\nseeds = [1]\nbaseline = "a"\n[[rule_sets]]\nname = "a"\n'
     assert experiment(text + more).metrics == metrics
-
-
-def test_the_name_is_the_files_unless_it_says_otherwise(experiment: Write) -> None:
-    assert experiment(name="my-trial.toml").name == "my-trial"
 
 
 def test_lists_of_rules_make_a_rule_set_for_each_choice(experiment: Write) -> None:
@@ -284,6 +249,11 @@ def test_the_quick_part_is_two_seeds_and_the_first_value_of_each_axis(experiment
     ("[[rule_sets]]", '[axes]\nrules.poa = ["first-come"]\n[[rule_sets]]', "which is an axis; leave one of them out"),
     ("[[rule_sets]]", "[axes]\nseed = [1, 2]\n[[rule_sets]]", "axes.seed: seeds are no axis"),
     ("[[rule_sets]]", "[[rule_sets]", "this is no valid TOML"),
+    (
+        "rules.poa =",
+        '"robots.count" = 4\nrobots = { count = 5 }\nrules.poa =',
+        'rule_sets[1].robots.count: rule set "first-come": found this key twice',
+    ),
 )
 def test_mistakes_are_named(experiment: Write, folder: Path, old: str, new: str, problem: str) -> None:
     assert old in TWO_RULES
@@ -331,45 +301,9 @@ def test_shipped_experiments_are_no_scenarios() -> None:
     assert not any("experiment" in name for name in shipped_scenarios())
 
 
-@cases(
-    "table changes",
-    ({}, {}),
-    ({"robots": {"count": 4}}, {"robots.count": 4}),
-    ({"robots.count": 4}, {"robots.count": 4}),
-    (
-        {"instance": {"orders": 5, "arrivals.process": "poisson"}},
-        {"instance.orders": 5, "instance.arrivals.process": "poisson"},
-    ),
-    ({"rules": {"poa": "first-come", "filters": ["a"]}}, {"rules.poa": "first-come", "rules.filters": ["a"]}),
-    (
-        {"rules": {"ta": {"rule": "balanced", "reallocation_s": 5}}},
-        {"rules.ta": {"rule": "balanced", "reallocation_s": 5}},
-    ),
-    ({"rules.ta.reallocation_s": 5}, {"rules.ta.reallocation_s": 5}),
-    ({"rules": {"ta": {"reallocation_s": 5}}}, {"rules.ta.reallocation_s": 5}),
-    ({"rules": {"poa_pps": None}}, {"rules.poa_pps": None}),
-)
-def test_nested_and_dotted_keys_are_the_same(table: dict[str, object], changes: dict[str, object]) -> None:
-    assert changes_of(table) == changes
-
-
-def test_a_key_that_is_there_twice_is_named() -> None:
-    with pytest.raises(KeyProblem) as caught:
-        changes_of({"robots.count": 4, "robots": {"count": 5}})
-    assert caught.value.problem.startswith("found this key twice")
-    assert caught.value.path == ("robots", "count")
-
-
 @pytest.fixture
 def tiny(folder: Path) -> Scenario:
     return load_scenario(folder / "tiny.toml")
-
-
-def test_joint_rules_take_the_place_of_separate_ones(tiny: Scenario) -> None:
-    joint = resolve(tiny, {"rules.poa_pps": "integrated"}, ".", "test")
-    assert (joint.rules.poa, joint.rules.pps) == (None, None)
-    back = resolve(joint, {"rules.poa": "first-come", "rules.pps.rule": "demand"}, ".", "test")
-    assert back.rules.poa_pps is None
 
 
 def test_single_parameters_of_the_bases_rule_can_be_set(tiny: Scenario) -> None:
@@ -377,12 +311,6 @@ def test_single_parameters_of_the_bases_rule_can_be_set(tiny: Scenario) -> None:
     two = resolve(one, {"rules.ta.reallocation_s": 7.0}, ".", "test")
     assert dict(two.rules.ta.parameters) == {"reallocation_s": 7.0, "help_others": False}
     assert not resolve(two, {"rules.ta": "balanced"}, ".", "test").rules.ta.parameters
-
-
-def test_rules_beside_the_experiment_work_with_a_scenario_elsewhere(folder: Path) -> None:
-    shipped = load_scenario("examples/small")
-    resolved = resolve(shipped, {"rules.pr": "./bad.py:Raising"}, str(folder), "test")
-    assert resolved.folder == str(folder)
 
 
 def test_files_in_two_folders_are_refused(folder: Path) -> None:

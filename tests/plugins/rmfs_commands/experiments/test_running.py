@@ -24,7 +24,7 @@ from rmfs_commands.experiments import Experiment, Job, Row, RuleSetChoice, Watch
 from rmfs_commands.experiments.experiment import HORIZON_METRICS
 from rmfs_commands.experiments.local import LocalWorkers
 from rmfs_commands.experiments.outcome import simulate
-from rmfs_commands.experiments.progress import ExperimentLines, ExperimentPanel, experiment_display
+from rmfs_commands.experiments.progress import ExperimentLines, ExperimentPanel
 from rmfs_commands.experiments.running import open_workers
 from rmfs_commands.experiments.store import RunStore
 from rmfs_commands.experiments.workers import WorkerDiedError
@@ -209,20 +209,6 @@ rules.pr = { rule = "./bad.py:%s" }
 """
 
 
-@pytest.mark.slow
-def test_a_run_without_a_result_is_a_row_too(experiment: Write, tmp_path: Path) -> None:
-    one = experiment(
-        'base = "tiny.toml"\nseeds = [1]\nbaseline = "good"\n[[rule_sets]]\nname = "good"\n'
-        '[[rule_sets]]\nname = "narrow"\nstations.item_capacity = 1\nstations.oversize = "refuse"\n'
-    )
-    result = run_experiment(one, store=tmp_path / "runs", jobs=1)
-    assert [row["status"] for row in result.rows] == ["complete", "failed"]
-    assert result.rows[1]["error_kind"] == "InputError"
-    assert "item_capacity" in result.rows[1]["error"]
-    assert result.table()["picks"][1] is None
-    assert run_experiment(one, store=tmp_path / "runs", jobs=1).computed == 1
-
-
 def deadly(folder: Path, deaths: int) -> str:
     choice = f'{{ rule = "./bad.py:Deadly", counter = "{folder / "count"}", deaths = {deaths} }}'
     return (FAILING % "x").replace('{ rule = "./bad.py:x" }', choice)
@@ -343,7 +329,6 @@ def with_deadly_rule(job: Job, folder: Path) -> Job:
 
 
 def test_runs_and_deaths(experiment: Callable[..., Experiment], folder: Path) -> None:
-    """A worker answers as this process would; one that is killed costs its own run, and the next has a new one."""
     job = experiment().jobs()[0]
     workers = LocalWorkers(1)
     try:
@@ -398,17 +383,6 @@ def test_plain_lines(experiment: Write) -> None:
     assert lines[6:] == ["trial: bounds of 3 instances and seeds"]
 
 
-def test_no_more_runs_are_under_way_than_there_are_slots(experiment: Write) -> None:
-    console = Console(width=80, force_terminal=False)
-    progress = ExperimentLines("trial", console)
-    with console.capture() as capture:
-        progress.started(8, 0, 2)
-        for job in experiment().jobs()[:3]:
-            progress.run_started(job)
-        progress.ended()
-    assert "2 running" in capture.get()
-
-
 def test_the_live_display(experiment: Write) -> None:
     console = Console(width=100, height=40, force_terminal=True, color_system=None)
     progress = ExperimentPanel("trial", console)
@@ -430,11 +404,6 @@ def test_the_live_display(experiment: Write) -> None:
     assert "first-come" in text
     assert "Failed: tiny, pod-match, seed 2: no idea" in text
     assert max(len(line) for line in text.splitlines() if line.startswith("│")) <= 100
-
-
-def test_the_display_suits_where_it_goes() -> None:
-    assert isinstance(experiment_display(Console(force_terminal=True), "x"), ExperimentPanel)
-    assert isinstance(experiment_display(Console(force_terminal=False), "x"), ExperimentLines)
 
 
 LONGER = TWO_RULES.replace("[1, 2]", "{ count = 6 }\naxes = { instance.orders = [100] }")
@@ -544,7 +513,6 @@ def test_a_killed_scheduler_is_told_in_a_sentence(cluster, experiment, tmp_path,
 
 @pytest.mark.slow
 def test_a_scheduler_without_workers_is_refused(cluster: Cluster, experiment: Write, tmp_path: Path) -> None:
-    """Nothing would ever be run."""
     with pytest.raises(InputError, match="the scheduler has no workers"):
         run_experiment(experiment(), store=tmp_path / "runs", dask=cluster.address)
 

@@ -12,14 +12,12 @@ from typing import Any
 import pytest
 from attrs import evolve
 
-import rmfs_core
 from calling import refusal
 from cases import cases
 from rmfs_commands.experiments import Experiment, Job
 from rmfs_commands.experiments.bounds import PACKAGES
 from rmfs_commands.experiments.keys import digest_of, rules_of, run_key
 from rmfs_commands.experiments.outcome import Outcome, simulate
-from rmfs_commands.experiments.rows import labels, row_of
 from rmfs_commands.experiments.sources import changed_since, sources_of, sources_of_world
 from rmfs_commands.experiments.store import RunStore
 from rmfs_core import RuleError, run
@@ -77,15 +75,6 @@ def test_the_contents_of_files_count_in_the_digest_of_rules(
             Path(name).write_text(content, encoding="utf-8")
         digests.add(digest_of(rules_of(load_scenario("files.toml", [f"rules.poa={rule}"]))))
     assert len(digests) == 2
-
-
-def test_the_hours_of_a_profile_count(tmp_path: Path) -> None:
-    file = tmp_path / "hours.csv"
-    keys = set()
-    for weight in (1, 2):
-        file.write_text(f"hour,weight\n9,{weight}\n", encoding="utf-8")
-        keys.add(run_key(load_scenario("grocery-day", [f"instance.arrivals.profile={file}"]), VERSIONS, SOURCES)(1))
-    assert len(keys) == 2
 
 
 @pytest.mark.parametrize("name", ["orders.csv", "pods.csv", "map.txt", "bad.py"])
@@ -408,13 +397,6 @@ def test_other_versions_or_code_at_a_worker_are_no_result(job: Job) -> None:
         assert (outcome.result, outcome.error) == (None, f"the worker has {error}")
 
 
-def test_a_run_that_completes(experiment: Write, folder: object) -> None:
-    outcome = simulate(experiment().jobs()[1])
-    assert outcome.result.metrics == rmfs_core.run(f"{folder}/tiny.toml", seed=2).metrics
-    assert (outcome.error, outcome.error_kind) == (None, None)
-    assert outcome.run_s >= outcome.result.timing["wall_s"] > 0
-
-
 def test_no_error_gets_through(job: Job, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("rmfs_commands.experiments.outcome.run", lambda scenario: 1 / 0)
     outcome = simulate(job)
@@ -422,24 +404,5 @@ def test_no_error_gets_through(job: Job, monkeypatch: pytest.MonkeyPatch) -> Non
     assert outcome.error == "ZeroDivisionError: division by zero"
 
 
-NOTE = {"error_kind": None, "run_s": 2.5}
-
-
 def content(metrics: Mapping[str, Any], timing: Mapping[str, Any], **others: Any) -> dict[str, Any]:
     return {"status": "complete", "metrics": metrics, "timing": timing, **others}
-
-
-def test_figures_are_flat(job: Job) -> None:
-    timing = {"wall_s": 2.0, "hook_s": {"plan_path": 0.5}}
-    row = row_of(job, content({"picks": 7}, timing), NOTE)
-    figures = {"picks", "run_s", "wall_s", "hook_s.plan_path"}
-    assert row.keys() == {*labels(job), "status", "error", "error_kind", *figures, "key"}
-    assert (row["picks"], row["wall_s"], row["hook_s.plan_path"], row["run_s"]) == (7, 2.0, 0.5, 2.5)
-    assert (row["status"], row["error"], row["key"]) == ("complete", None, job.key)
-
-
-def test_a_metric_hides_nothing(job: Job) -> None:
-    row = row_of(job, content({"seed": -5.5, "wall_s": 9.0, "own": 1}, {"wall_s": 2.0}), NOTE)
-    assert (row["seed"], row["metrics.seed"]) == (1, -5.5)
-    assert (row["wall_s"], row["metrics.wall_s"]) == (2.0, 9.0)
-    assert row["own"] == 1

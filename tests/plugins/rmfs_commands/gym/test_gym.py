@@ -191,24 +191,6 @@ def test_reset_never_begins_a_run_without_a_choice() -> None:
     assert all(env.reset()[1]["action_mask"].any() for _ in range(5))
 
 
-def test_slots_stand_for_what_the_choice_says() -> None:
-    def choice(decides: str) -> Any:
-        env = made(decides)
-        env.reset()
-        return env.choice
-
-    pods, robots, cells, orders = (choice(decides) for decides in ("PPS", "TA", "PR", "POA"))
-    assert all(pod.id == slot for slot, pod in pods.options.items())
-    assert pods.subject.uncovered_requests
-    assert all(robot.id == slot and robot.idle for slot, robot in robots.options.items())
-    assert robots.subject.bound_for
-    assert sorted(cells.options) == list(cells.options)
-    assert sorted(cells.options.values()) == list(cells.options.values())
-    assert cells.subject.robot is not None
-    assert all(station.id == slot % 2 for slot, (_, station) in orders.options.items())
-    assert {slot // 2: order.id for slot, (order, _) in orders.options.items()} == {i: i for i in range(10)}
-
-
 def test_several_kinds_of_decisions_alternate(tmp_path: Path) -> None:
     """A caller that chooses as two rules do gives their files byte for byte; only slots of the kind asked are allowed.
 
@@ -280,7 +262,6 @@ def test_waiting(scenario: Path) -> None:
 
 
 def test_features_of_ones_own() -> None:
-    """They follow those of the kind; one number holds for all slots, also for the one that waits."""
     own = [
         Feature("number", "the pod's id", 10, lambda warehouse, choice: [pod.id for pod in choice.options.values()]),
         Feature("busy", "share of the robots with a task", None, lambda w, _: 1 - len(w.idle_robots) / len(w.robots)),
@@ -816,7 +797,6 @@ def test_a_network_scores_each_row_by_itself() -> None:
 
 
 def test_weights_of_a_scenario(tmp_path: Path) -> None:
-    """A file's network decides as the rule that it imitates, in the environment as in a run; its digest is kept."""
     weights = [0.0] * 8
     weights[[feature.name for feature in FEATURES[Role.PPS]].index("drive")] = -1.0
     write_networks(tmp_path / "near.json", {"PPS": weights})

@@ -120,7 +120,6 @@ def test_the_page_begins_with_the_limit_and_needs_nothing_else(page: str, late: 
 
 
 def test_late_orders_come_first_and_have_their_causes(page: str, late: Path) -> None:
-    """Late are those completed after their due time, and those due and left; causes are columns of delays.csv."""
     orders = rows(late / "orders.csv")
     over = {row["order"]: float(row["completed_s"] or 450) - float(row["due_s"]) for row in orders}
     latest = sorted((name for name in over if over[name] > 0), key=lambda name: -over[name])

@@ -2,11 +2,9 @@
 
 import json
 import os
-import resource
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +25,6 @@ from rmfs_commands.results.files import (
 )
 from rmfs_commands.results.timing import timing
 from rmfs_core import InputError
-from saying import said
 
 not_root = pytest.mark.skipif(
     not hasattr(os, "geteuid") or os.geteuid() == 0, reason="permissions do not hold the superuser"
@@ -59,23 +56,6 @@ def test_what_no_file_can_be_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be written") as caught:
         write_text(tmp_path / "none" / "a.txt", "text")
     assert caught.value.place.endswith("a.txt")
-
-
-@pytest.fixture
-def small_files() -> Iterator[int]:
-    most, hard = 10_000, resource.getrlimit(resource.RLIMIT_FSIZE)[1]
-    resource.setrlimit(resource.RLIMIT_FSIZE, (most, hard))
-    yield most
-    resource.setrlimit(resource.RLIMIT_FSIZE, (hard, hard))
-
-
-@pytest.mark.parametrize("size", [10_001, 1_000_000])  # found out when the file is closed, or while it is written
-def test_what_does_not_fit_leaves_the_old_file(tmp_path: Path, small_files: int, size: int) -> None:
-    path = tmp_path / "a.txt"
-    write_text(path, "old")
-    assert said(InputError, write_text, path, "x" * size) == f"{path}: cannot be written: File too large"
-    assert path.read_text() == "old"
-    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_links_and_devices_are_followed(tmp_path: Path) -> None:

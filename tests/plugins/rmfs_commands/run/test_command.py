@@ -41,7 +41,6 @@ def test_metrics_are_printed_and_files_are_where_it_says(folder: Path, capsys: p
 
 
 def test_a_scenario_toml_is_called_as_its_folder(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Two of them, as `rmfs generate` names each, do not replace each other's results."""
     for day in ("monday", "tuesday"):
         (folder / day).mkdir()
         shutil.copy("small.toml", f"{day}/scenario.toml")
@@ -54,12 +53,6 @@ def test_out_set_and_trace(folder: Path) -> None:
     assert exit_code("run", "small.toml", "--out", "here/it/is", "--set", "instance.orders=3", "--trace") == 0
     assert load_result("here/it/is").metrics["orders_total"] == 3
     assert (folder / "here" / "it" / "is" / "trace.jsonl.gz").exists()
-
-
-def test_quiet_prints_nothing(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    assert exit_code("run", "small.toml", "--quiet") == 0
-    assert tuple(capfd.readouterr()) == ("", "")
-    assert (folder / "rmfs-runs" / "small-seed1" / "result.json").exists()
 
 
 def test_a_run_that_reaches_its_horizon_says_what_it_leaves(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -166,14 +159,6 @@ def test_json_is_all_that_is_printed(folder: Path, capsys: pytest.CaptureFixture
     printed = json.loads(capsys.readouterr().out)
     assert printed.pop("folder") == "out"
     assert printed == json.loads(Path("out/result.json").read_text(encoding="utf-8"))
-
-
-def test_a_rule_from_the_current_folder_with_a_shipped_scenario(folder, capsys) -> None:
-    few = ("examples/small", "--set", "instance.orders=5", "--set", "rules.pr=./bad.py:Bad")
-    assert exit_code("run", *few, "--out", "out") == 1
-    err = capsys.readouterr().err
-    assert f"Loading code from {folder}/bad.py." in err
-    assert "out of ideas" in err
 
 
 def test_robots_and_stations_that_never_meet_are_said_before_and_after(folder, capsys) -> None:

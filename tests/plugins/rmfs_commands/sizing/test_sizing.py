@@ -27,7 +27,7 @@ from rmfs_commands.experiments.outcome import Outcome, simulate
 from rmfs_commands.experiments.resolving import resolve
 from rmfs_commands.sizing.judging import Estimate, Verdict, estimate, looks
 from rmfs_commands.sizing.notices import Notices
-from rmfs_commands.sizing.report import content_of, sentences_of, table_of, verdict_of, write_answers
+from rmfs_commands.sizing.report import content_of, sentences_of, table_of, write_answers
 from rmfs_commands.sizing.robust import FAILURES, under_spread_and_failures
 from rmfs_commands.sizing.searching import Found, fewest, frontier, search
 from rmfs_commands.sizing.sizing import Answer, size
@@ -197,13 +197,6 @@ def test_what_is_left_out_has_its_reason() -> None:
         Found(5, None, "saves no robot"),
     )
     assert frontier(found) == (found[2], found[3])
-
-
-@pytest.mark.parametrize(
-    ("seeds", "expected"), [(2, (2,)), (4, (4,)), (5, (4, 5)), (16, (4, 8, 16)), (20, (4, 8, 16, 20))]
-)
-def test_looks_come_after_twice_as_many_seeds(seeds: int, expected: tuple[int, ...]) -> None:
-    assert looks(seeds) == expected
 
 
 def test_the_interval_by_hand() -> None:
@@ -463,7 +456,6 @@ def test_the_answer_is_printed_and_kept(folder: Path, capsys: pytest.CaptureFixt
 
 
 def test_packers_and_boxes_are_sized(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """One packer has 150 orders of more than 35 s an hour."""
     asked = ("--packers", "1-2", "--boxes", "1-3", "--seeds", "2", "--jobs", "1", "--set", "packing.conveyor_s=20")
     costs = ("--robot-cost", "2", "--station-cost", "3", "--set", "rules.poa_pps=pod-index")
     without = ("--set", "rules.poa=", "--set", "rules.pps=")
@@ -559,16 +551,6 @@ def test_the_table_has_every_size(capsys: pytest.CaptureFixture[str], monkeypatc
         ["3", "8", "4", "fails:", "seed", "3", "ends with orders left"],
         ["3", "saves", "no", "robot"],
     ]
-
-
-@cases(
-    "candidate words",
-    (PASSES, "612.3 [500.0, 700.0], 4 seeds, passes"),
-    (PARTIAL, "4 seeds, fails: seed 3 ends with orders left"),
-    (Candidate(1, 1, Verdict.FAILS, reason="it is 912.0 s or more"), "fails: it is 912.0 s or more"),
-)
-def test_a_verdict_in_words(candidate: Candidate, words: str) -> None:
-    assert verdict_of(candidate, TARGET) == words
 
 
 def test_the_answer_in_one_sentence() -> None:

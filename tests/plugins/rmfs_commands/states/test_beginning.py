@@ -3,7 +3,6 @@
 import copy
 import csv
 import gzip
-import io
 import json
 import operator
 from collections.abc import Iterator, Sequence
@@ -15,15 +14,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rich.console import Console
 
 import rmfs_core
 from calling import exit_code, refusal, refused
 from cases import cases
 from rmfs_commands.advice.cutting import cut
-from rmfs_commands.cli.display import duration
 from rmfs_commands.cli.main import main
-from rmfs_commands.cli.progress import RunLines
 from rmfs_commands.plan import find_planner
 from rmfs_commands.states import decide, state_from_dict
 from rmfs_commands.validation import validate_trace
@@ -157,19 +153,6 @@ def test_a_trace_has_the_state_and_is_checked_against_it(tmp_path: Path) -> None
         assert kind in {fault.kind for fault in validate_trace(tmp_path / "trace.jsonl.gz")}
 
 
-def test_what_was_before_is_not_shown_as_progress(tmp_path: Path) -> None:
-    first, state = stopped(tmp_path, 160)
-    lines = RunLines("rest", Console(file=(told := io.StringIO()), width=120))
-    rest = simulate(f"instance.state_file={state}", observers=[lines])
-    counts, done = lines.counts, sum(row["completed_s"] is not None for row in first.orders)
-    shown = [counts.orders, counts.total, counts.picks, counts.visits]
-    assert shown == [25 - done, 25 - done, rest.metrics["picks"], rest.metrics["pod_station_visits"]]
-    assert sum(counts.throughput.picks) == rest.metrics["picks"]
-    whole_s = rest.metrics["makespan_s"] - 160
-    assert told.getvalue().splitlines()[-1].endswith(f"{25 - done} orders, {duration(whole_s)} simulated")
-    assert rest.timing["simulated_s_per_wall_s"] == pytest.approx(whole_s / rest.timing["wall_s"])
-
-
 def test_what_is_said_of_a_run_is_of_its_own_time(tmp_path: Path) -> None:
     """Hours begin with that of the state; a station that only finishes what it has is no busy or idle one."""
     coming = ("instance.orders=200", "instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=150")
@@ -198,7 +181,6 @@ def test_what_is_said_of_a_run_is_of_its_own_time(tmp_path: Path) -> None:
 )
 @pytest.mark.parametrize("at_s", [40.25, 160.0, 301.5])
 def test_another_scenario_goes_on(tmp_path: Path, change: str, at_s: float) -> None:
-    """A state does not say under which rules it came about; what was complete stays so."""
     first, state = stopped(tmp_path, at_s, "rules.pp=whca-n")
     rest = simulate(f"instance.state_file={state}", *f"rules.pp={change}".split())
     assert rest.status == "complete"

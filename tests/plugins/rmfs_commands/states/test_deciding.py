@@ -8,39 +8,17 @@ import pytest
 from bad_rules import write_rule
 from cases import cases
 from rmfs_commands.states import Decider, Outcome, decide, state_from_dict
-from rmfs_commands.states.answers import answer_from, answer_to_dict, report_to_dict
+from rmfs_commands.states.answers import answer_to_dict
 from rmfs_commands.states.decider import MOST_LOADED
-from rmfs_commands.states.deciding import decide_instead, outcome_of
+from rmfs_commands.states.deciding import outcome_of
 from rmfs_commands.states.rebuilding import open_state
 from rmfs_commands.states.written import read_answer
 from rmfs_commands.testing import small_world
 from rmfs_core import InputError, RuleError
-from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, SolveReport, TaskAssignment
+from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, TaskAssignment
 from rmfs_core.roles import Role
 from rmfs_core.scenario import RuleChoice
 from rmfs_core.warehouse import Warehouse, WarehouseView
-
-EAGER = "return [OrderAssignment(order.id, 0) for order in warehouse.backlog]  # whether they fit or not"
-
-
-def test_a_joint_rule_in_a_state_by_hand(by_hand: dict[str, Any]) -> None:
-    answer = decide(state_from_dict(by_hand), RuleChoice("split-over-time"))
-    assert (answer.decides.label, answer.distribution) == ("POA+PPS", "rmfs")
-    assert answer.decision == {
-        "assignments": [
-            {"order": "A", "station": "north", "skus": ["milk", "tea"]},
-            {"order": "B", "station": "north", "skus": ["jam"]},
-        ],
-        "trips": [{"pod": "P1", "station": "north"}, {"pod": "P2", "station": "north"}],
-    }
-    assert answer.report == {"status": "optimal", "objective": 2.0, "bound": 2.0, "stopped_early": False}
-    assert answer.outcome == Outcome(orders=2, items=4, visits=2, unused=0, uncovered=0)
-
-
-@pytest.mark.parametrize("rule", ["pod-match", "demand", "integrated"])
-def test_nothing_is_decided_where_nothing_is(by_hand: dict[str, Any], rule: str) -> None:
-    answer = decide(state_from_dict(by_hand | {"pods": {}, "orders": {}}), RuleChoice(rule))
-    assert not any(answer.decision.values())
 
 
 def test_a_joint_rule_in_a_state_that_other_rules_left(by_hand: dict[str, Any], tmp_path: Path) -> None:
@@ -175,30 +153,6 @@ def test_places_to_store(at_work: dict[str, Any]) -> None:
         decide(state_from_dict(at_work | {"ask": {"pod": "P2"}}), RuleChoice("fixed"))
 
 
-@pytest.mark.parametrize("closed", [{"staffed": False}, {"active": False}])
-def test_a_closed_station_is_assigned_nothing(by_hand: dict[str, Any], tmp_path: Path, closed: dict[str, Any]) -> None:
-    by_hand["version"] = 2
-    by_hand["stations"]["north"] |= closed
-    assert decide(state_from_dict(by_hand), RuleChoice("first-come")).decision == {"assignments": []}
-    with pytest.raises(RuleError, match=r"Bad.* to station north .*, which is closed"):
-        decide(state_from_dict(by_hand), RuleChoice(write_rule(tmp_path, "poa", EAGER)), folder=str(tmp_path))
-
-
-def test_a_robot_off_duty_gets_no_task(at_work: dict[str, Any]) -> None:
-    at_work["version"] = 2
-    at_work["robots"]["r2"]["on_duty"] = False
-    assert decide(state_from_dict(at_work), RuleChoice("nearest-robot")).decision == {"tasks": []}
-
-
-def test_which_stations_are_active(by_hand: dict[str, Any]) -> None:
-    by_hand["version"] = 2
-    by_hand["stations"]["south"] = {"item_capacity": 4, "active": False}
-    answer = decide(state_from_dict(by_hand), RuleChoice("all"))
-    assert (answer.decides, answer.decision, answer.outcome) == (Role.ACTIVATE, {"active": ["north", "south"]}, None)
-    by_hand["stations"]["north"]["staffed"] = False
-    assert decide(state_from_dict(by_hand), RuleChoice("constant-ratio")).decision == {"active": ["south"]}
-
-
 def test_times_in_a_state(by_hand: dict[str, Any]) -> None:
     by_hand |= {"version": 2, "time_s": 100.0}
     view = open_state(state_from_dict(by_hand)).view
@@ -224,16 +178,6 @@ def test_what_a_rule_needs_is_checked(by_hand: dict[str, Any], tmp_path: Path) -
         decide(state_from_dict(by_hand), RuleChoice(needs), folder=str(tmp_path))
 
 
-def test_impossible_decisions_and_errors(by_hand: dict[str, Any], tmp_path: Path) -> None:
-    by_hand["stations"]["north"]["item_capacity"] = 3
-    for body, problem in (
-        (EAGER, "assigned order B .* to station north .*only 1 of 3 are free"),
-        ('raise ZeroDivisionError("nothing to divide")', "raised ZeroDivisionError: nothing to divide"),
-    ):
-        with pytest.raises(RuleError, match=f"Bad.* {problem}"):
-            decide(state_from_dict(by_hand), RuleChoice(write_rule(tmp_path, "poa", body)), folder=str(tmp_path))
-
-
 OTHER = '^state, ask.decides: found {}; rule "{}" .* decides {}; expected that, or a rule for {}'
 
 
@@ -251,33 +195,6 @@ def test_rules_that_cannot_answer(by_hand: dict[str, Any], name, asked, decides,
     state = state_from_dict(by_hand | {"ask": {"decides": asked} if asked else {}})
     with pytest.raises(InputError, match=problem):
         decide(state, RuleChoice(name), decides=decides)
-
-
-def test_seeds(by_hand: dict[str, Any]) -> None:
-    by_hand["orders"] = {f"{i}": {"lines": {"jam": 4}} for i in range(9)}
-    states = [state_from_dict({**by_hand, "seed": seed}) for seed in (1, 1, 2, 3, 4, 5)]
-    first, again, *others = [decide(state, RuleChoice("random"), decides=Role.POA).decision for state in states]
-    assert first == again
-    assert any(other != first for other in others)
-
-
-def test_instead_of_a_joint_rule(at_work: dict[str, Any]) -> None:
-    for pod in at_work["pods"].values():
-        pod["contents"] = dict.fromkeys(pod["contents"])
-    at_work["stations"]["north"] = {"item_capacity": 4}
-    at_work["pods"]["P1"]["cell"] = 12
-    del at_work["orders"]["A"]["parts"], at_work["robots"]
-    state = state_from_dict(at_work | {"ask": {"decides": "POA+PPS"}})
-    joint = decide(state, RuleChoice("integrated"))
-    both = decide_instead(state, [RuleChoice("first-come"), RuleChoice("demand")], Role.POA_PPS)
-    assert both.decision.keys() == joint.decision.keys()
-    assert both.outcome == joint.outcome == outcome_of(state, Role.POA_PPS, joint.decision)
-    alone = decide_instead(state, [RuleChoice("first-come")], Role.POA_PPS)
-    assert alone.outcome == Outcome(orders=2, items=4, visits=0, unused=0, uncovered=4)
-    with pytest.raises(InputError, match="decides PPS; expected a rule for POA"):
-        decide_instead(state, [RuleChoice("demand"), RuleChoice("first-come")], Role.POA)
-    with pytest.raises(InputError, match="found 2 rules to decide PPS"):
-        decide_instead(state, [RuleChoice("demand"), RuleChoice("nearest-pod")], Role.PPS)
 
 
 def test_a_decision_of_another_state(by_hand: dict[str, Any]) -> None:
@@ -345,21 +262,6 @@ def test_a_file_that_has_changed(once: str, tmp_path: Path, by_hand: dict[str, A
     assert not decide(state, RuleChoice(once), **ask).decision["assignments"]
 
 
-def test_files_of_parameters_are_in_the_folder(tmp_path: Path, by_hand: dict[str, Any]) -> None:
-    code = "from pathlib import Path\n" + COUNTING.replace("    seen: list =", "    file: Path\n    seen: list =")
-    code = code.replace("if self.calls == len(self.seen) == 1", 'if self.file.read_text() == "yes"')
-    (tmp_path / "once.py").write_text(code, encoding="utf-8")
-    choice = RuleChoice("./once.py:Once", {"file": "answer.txt"})
-    with pytest.raises(InputError, match=r"rule\.file: there is no file .*answer\.txt"):
-        Decider(choice, folder=str(tmp_path))
-    (tmp_path / "answer.txt").write_text("yes", encoding="utf-8")
-    decider = Decider(choice, folder=str(tmp_path))
-    state = state_from_dict(by_hand | {"ask": {"decides": "POA"}})
-    assert len(decider.decide(state).decision["assignments"]) == 1
-    (tmp_path / "answer.txt").write_text("no", encoding="utf-8")
-    assert len(decider.decide(state).decision["assignments"]) == 0
-
-
 def test_many_rules_one_after_the_other(by_hand: dict[str, Any]) -> None:
     by_hand["orders"] = {"B": {"lines": {"jam": 1}}}
     state = state_from_dict(by_hand)
@@ -384,8 +286,6 @@ def test_what_is_no_rule_or_state_is_refused() -> None:
 
 
 SKUS = ("milk", "tea", "jam")
-REPORT = SolveReport("optimal", 3.0, 3.0, stopped_early=False)
-MILK_AND_TEA = {"order": "A", "station": "2", "skus": ["milk", "tea"]}
 
 
 @pytest.fixture
@@ -397,15 +297,6 @@ def world() -> Warehouse:
 
 def written(world: Warehouse, decides: Role, answer: object) -> dict[str, Any] | None:
     return answer_to_dict(WarehouseView(world), SKUS, decides, answer)
-
-
-def test_an_assignment_without_skus_is_of_all_open_lines(world: Warehouse) -> None:
-    assert written(world, Role.POA, [OrderAssignment(0, 1)]) == {"assignments": [MILK_AND_TEA]}
-    twice = written(world, Role.POA, [OrderAssignment(0, 0, (1,)), OrderAssignment(0, 1)])
-    assert [given["skus"] for given in twice["assignments"]] == [["tea"], ["milk"]]
-    world.assign(world.orders[0], world.stations[0], [0])
-    rest = written(world, Role.POA, [OrderAssignment(0, 1)])
-    assert rest == {"assignments": [MILK_AND_TEA | {"skus": ["tea"]}]}
 
 
 @cases(
@@ -429,32 +320,6 @@ def test_an_assignment_without_skus_is_of_all_open_lines(world: Warehouse) -> No
 )
 def test_what_names_nothing_is_no_answer(world: Warehouse, decides: Role, answer: object) -> None:
     assert written(world, decides, answer) is None
-
-
-@cases(
-    "decides answer",
-    (Role.POA, (OrderAssignment(0, 0, (1, 0)), OrderAssignment(1, 0, (2,)))),
-    (Role.PPS, (PodTrip(1, 0),)),
-    (Role.POA_PPS, JointDecision((OrderAssignment(1, 0, (2,)),), (PodTrip(1, 0),))),
-    (Role.PR, 13),
-    (Role.TA, (TaskAssignment(1, 1),)),
-)
-def test_an_answer_goes_round(at_work: dict[str, Any], decides: Role, answer: object) -> None:
-    opened = open_state(state_from_dict(at_work))
-    names = answer_to_dict(opened.view, opened.instance.skus, decides, answer)
-    assert answer_from(read_answer(names), decides, opened.view, opened.names) == answer
-
-
-def test_reports_of_joint_rules(world: Warehouse) -> None:
-    with_report = written(world, Role.POA_PPS, JointDecision(report=REPORT))
-    assert with_report == {"assignments": [], "trips": [], "report": report_to_dict(REPORT)}
-    assert written(world, Role.POA_PPS, JointDecision()) == {"assignments": [], "trips": []}
-    assert report_to_dict(SolveReport("stopped", 4.0, float("-inf"), stopped_early=True)) == {
-        "status": "stopped",
-        "objective": 4.0,
-        "bound": None,
-        "stopped_early": True,
-    }
 
 
 def test_pods_to_send_need_driving_times_and_robots(by_hand: dict[str, Any], at_work: dict[str, Any]) -> None:

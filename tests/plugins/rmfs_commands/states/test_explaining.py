@@ -16,11 +16,8 @@ from installed import RMFS
 from rmfs_commands.cli.main import main
 from rmfs_commands.states import Answer, Outcome, Recorded, read_recording
 from rmfs_commands.states.explain_tables import (
-    overview,
     print_comparison,
     print_decision,
-    print_others,
-    print_overview,
     print_story,
 )
 from rmfs_commands.states.rebuilding import open_state
@@ -48,21 +45,6 @@ def printed(show: Callable[..., None], *arguments: Any, width: int = 100) -> str
 
 def explained(recorded: Recorded, *, limit: int = 20, **parameters: Any) -> str:
     return printed(print_decision, recorded, RuleChoice("acme", parameters), recorded.state(), limit)
-
-
-def test_decisions_are_counted_by_rule() -> None:
-    recording = [decision(what, {}, number=n) for n, what in ((1, "POA"), (1, "PPS"), (2, "POA"))]
-    assert overview(recording) == {
-        "periods": 2,
-        "decisions": 3,
-        "by_rule": [
-            {"decides": "POA", "rule": "acme", "decisions": 2},
-            {"decides": "PPS", "rule": "acme", "decisions": 1},
-        ],
-    }
-    out = printed(print_overview, recording)
-    assert "POA acme 2\nPPS acme 1" in out
-    assert "Periods 1 to 2, decisions 1 to 3: see --period" in out
 
 
 EPISODES = (
@@ -178,16 +160,6 @@ def test_a_solve_reports_objective_and_bound(by_hand: Content, report: Content, 
     assert explained(recorded).endswith(words)
 
 
-def test_pods_selected_later_in_the_period() -> None:
-    trips = [{"pod": pod, "station": station} for pod, station in (("3", "2"), ("1", "1"), ("2", "2"))]
-    later = decision("PPS", {"trips": trips}, number=6)
-    out = printed(print_others, [later, decision("PPS", {"trips": []}, number=8)])
-    assert "Pods selected in this period" in out
-    assert "6 60.000 s acme 1 to 1; 3, 2 to 2" in out
-    assert "8 60.000 s acme none" in out
-    assert printed(print_others, []) == ""
-
-
 BOTH = {"assignments": [JAM], "trips": [P2]}
 
 
@@ -209,16 +181,6 @@ def test_other_rules_are_held_against_the_decision() -> None:
     assert "Objective and bound are the rule's own" in out
     assert "acme (decided) orders B to north; pods P2 to north" in out
     assert "two orders none; pods none" in out
-
-
-def test_that_rules_were_asked_once_is_said_where_it_matters() -> None:
-    """One that decides on an order at a time leaves places that it would fill when asked again."""
-    recorded = decision("POA", {"assignments": [JAM]})
-    for orders, unused, said in ((2, 1, True), (2, 0, False), (1, 1, False)):
-        outcome = Outcome(orders=1, items=1, visits=0, unused=unused, uncovered=0)
-        other = Answer("one", "d", "1", Role.POA, {"assignments": [JAM]}, None, outcome)
-        out = printed(print_comparison, recorded, Outcome(orders, 3, 0, 0, 0), [("one", other)])
-        assert ("Each rule was asked once." in out) is said
 
 
 def test_notes_are_for_tables_that_need_them() -> None:
@@ -336,19 +298,6 @@ def test_an_order_split_among_stations() -> None:
         "assigned to station s: SKU milk",
         "assigned to station t: SKU tea; 1 of its lines stays in the backlog",
     ]
-
-
-def test_pods_for_an_order() -> None:
-    waiting = content(2)
-    waiting["orders"]["A"]["parts"] = [{"station": "s", "skus": ["milk", "tea"], "period": 1}]
-    waiting["stations"]["s"]["requests"] = [{"order": "A", "sku": "tea"}, {"order": "A", "sku": "milk", "pod": "Q"}]
-    waiting["pods"]["Q"] = {"contents": {"milk": None}}
-    decisions = [
-        made(1, "PPS", waiting, {"trips": [{"pod": "Q", "station": "s"}]}),
-        made(2, "PPS", waiting, {"trips": [{"pod": "P", "station": "s"}]}),
-    ]
-    assert [e.what for e in order_story(decisions, "A")] == ["pod P sent to station s: it holds SKU tea"]
-    assert list(order_story(decisions, "C")) == []
 
 
 def test_where_a_pod_went() -> None:

@@ -6,84 +6,20 @@ from typing import Any
 
 import jsonschema
 import pytest
-from attrs import evolve
 from hypothesis import given
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
 from cases import cases
-from rmfs_commands.layouts import parse_map
 from rmfs_commands.results.files import to_json
 from rmfs_commands.states import read_state, state_from_dict, state_json, state_schema, state_to_dict
 from rmfs_commands.states.patches import difference, patched
-from rmfs_commands.states.plain import Memento
 from rmfs_commands.states.rebuilding import LacksError, OpenState, open_state
-from rmfs_commands.states.restoring import restore
-from rmfs_commands.testing import small_world
 from rmfs_core import InputError
-from rmfs_core.warehouse import WarehouseView
-from rmfs_core.world import NORTH
 
 
 def opened_from(content: dict[str, Any]) -> OpenState:
     return open_state(state_from_dict(content))
-
-
-def test_what_a_state_leaves_out_has_defaults(by_hand: dict[str, Any]) -> None:
-    by_hand["orders"]["A"]["arrival_s"] = 12.5
-    opened = opened_from(by_hand)
-    view, station = opened.view, opened.view.stations[0]
-    assert [order.name for order in view.backlog] == ["B", "A"]
-    assert (view.now_s, opened.period, opened.shown) == (12.5, 1, None)
-    assert (station.name, station.free_capacity, station.queue_room) == ("north", 4, 13)
-    assert [pod.name for pod in view.free_pods] == ["P1", "P2"]
-    assert view.unlimited_stock
-    assert view.robots == ()
-    assert opened.instance.skus == ("milk", "tea", "jam")
-
-
-def test_a_state_under_way_is_rebuilt(at_work: dict[str, Any]) -> None:
-    opened = opened_from(at_work)
-    view, station = opened.view, opened.view.stations[0]
-    a = next(order for order in view.orders if order.name == "A")
-    assert (station.load, station.free_capacity, station.queue_room) == (2, 2, 3)
-    assert [(request.order.name, request.sku, request.covered) for request in station.open_requests] == [("A", 1, True)]
-    assert (a.unpicked_items, a.open_lines, a.stations) == (1, (), (0,))
-    assert view.open_demand().tolist() == [0, 1, 2]
-    p1, p2 = view.pods
-    assert (p1.location, p1.robot, p1.bound_for, p1.free_items(1)) == (None, 0, (0,), 0)
-    assert view.home(p1) == 12
-    assert [pod.name for pod in view.waiting_pods] == ["P2"]
-    assert p2.cell == 13
-    assert [robot.name for robot in view.idle_robots] == ["r2"]
-    assert 13 not in view.free_storage_locations
-    assert opened.period == 2
-
-
-def test_requests_alone_tell_what_is_assigned(at_work: dict[str, Any]) -> None:
-    del at_work["orders"]["A"]["parts"]
-    opened = opened_from(at_work)
-    a = next(order for order in opened.view.orders if order.name == "A")
-    assert [line.sku for line in a.open_lines] == [0]
-    assert opened.view.stations[0].load == 1
-
-
-def test_prefiltered(by_hand: dict[str, Any]) -> None:
-    opened = opened_from({**by_hand, "backlog": ["B"]})
-    assert [order.name for order in opened.view.backlog] == ["B"]
-    assert opened.shown == {opened.names.orders["B"]}
-    assert opened.view.backlog_lines.quantity.tolist() == [2]
-
-
-def test_blocks_in_place_of_a_map(at_work: dict[str, Any]) -> None:
-    blocks = {"block_rows": 3, "block_columns": 1, "stations_east": 1}
-    at_work["layout"] = {"blocks": blocks}
-    at_work["stations"]["north"]["queue_length"] = 12
-    at_work["robots"] = {}
-    at_work["pods"] = {"P1": {"contents": {"milk": 3, "tea": 1}}, "P2": {"contents": {"jam": 5}, "cell": 41}}
-    opened = opened_from(at_work)
-    assert opened.view.travel.layout.height == 10
-    assert opened.view.pods[1].cell == 41
 
 
 def test_without_a_layout_places_cannot_be_asked_for(by_hand: dict[str, Any]) -> None:
@@ -171,18 +107,6 @@ def test_contradictions(at_work: dict[str, Any], path: str, value: object, place
         opened_from(changed(at_work, path, value))
     assert caught.value.place == f"state, {place}"
     assert problem in caught.value.problem
-
-
-def test_promises_that_are_not_told_are_made() -> None:
-    world = small_world({"1": {"a": 2, "b": 1}}, {"p": ["a"], "q": {"b": 4}})
-    world.assign(world.orders[0], world.stations[0], [0, 1])
-    world.place_at_station(world.robots[0], world.pods[0], world.stations[0])
-    world.bind(world.pods[1], world.stations[0])
-    told = Memento.of(WarehouseView(world), ("a", "b"))
-    (station,) = told.stations
-    untold = tuple(request._replace(pod=None) for request in station.requests)
-    again = restore(evolve(told, stations=(evolve(station, requests=untold),)), world.travel)
-    assert Memento.of(WarehouseView(again), ("a", "b")) == told
 
 
 def test_the_schema_takes_states_and_nothing_else(by_hand: dict[str, object], at_work: dict[str, object]) -> None:
@@ -278,17 +202,6 @@ def test_what_is_wrong_is_named(by_hand, path, value, place, problem) -> None:
     assert problem in caught.value.problem
 
 
-def test_ids_and_numbers(by_hand: dict[str, Any]) -> None:
-    assert state_from_dict({**by_hand, "seed": 10**19}).seed == 10**19
-    names = opened_from(by_hand).names
-    assert (names.pods, names.stations) == ({"P1": 0, "P2": 1}, {"north": 0})
-    assert names.skus == {"milk": 0, "tea": 1, "jam": 2}
-    by_hand["skus"] = ["jam", "tea", "milk", "rye"]
-    by_hand["orders"] = {"A": by_hand["orders"]["A"] | {"arrival_s": 9}, "B": {"lines": {"jam": 2}}}
-    names = opened_from(by_hand).names
-    assert (names.skus, names.orders) == ({"jam": 0, "tea": 1, "milk": 2, "rye": 3}, {"B": 0, "A": 1})
-
-
 @cases(
     "text problem",
     ("{", "line 1: this is no valid JSON"),
@@ -333,17 +246,3 @@ def test_the_difference_leads_from_one_to_the_other(before: dict[str, Any], afte
 )
 def test_the_standards_examples(before: dict[str, Any], patch: dict[str, Any], after: dict[str, Any]) -> None:
     assert patched(before, patch) == after
-
-
-def test_requests_are_numbered_on_and_pods_in_a_line_carried(at_work: dict[str, Any], folder_map: list[str]) -> None:
-    north = at_work["stations"]["north"]
-    north["requests"] = [{"order": "A", "sku": "tea", "id": 7}, {"order": "A", "sku": "milk"}]
-    north["line"] = ["P1", "P2"]
-    del at_work["pods"]["P2"]["cell"], at_work["robots"]
-    view = opened_from(at_work).view
-    station, cells = view.stations[0], parse_map("\n".join(folder_map), "map").stations[0]
-    assert [request.id for request in station.open_requests] == [7, 8]
-    assert [(robot.task, robot.cell, robot.heading) for robot in view.robots] == [
-        (0, cells.station, NORTH),
-        (1, cells.queue[0], NORTH),
-    ]

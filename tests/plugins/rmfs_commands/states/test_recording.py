@@ -91,20 +91,6 @@ def test_due_times_are_recorded(record: Any) -> None:
     assert {(order.due_s, order.priority) for order in state.orders.values()} == {(600.0, 0), (60.0, 1)}
 
 
-def test_recordings_are_gone_through_in_order(record: Callable[..., Recording]) -> None:
-    recording = record()
-    found = list(recording)
-    assert [one.number for one in found] == list(range(1, len(found) + 1))
-    assert [one.time_s for one in found] == sorted(one.time_s for one in found)
-    assert [one.period for one in found] == sorted(one.period for one in found)
-    assert {one.decides.label for one in found} >= {"POA", "PPS", "PR", "TA"}
-    assert [one.content for one in recording] == [one.content for one in found]
-    assert found[2].place == f"{recording.file}, line 4"
-    assert found[0].state().time_s == found[0].time_s
-    recording = record()
-    assert next(iter(read_recording(recording.file))).content == next(iter(recording)).content
-
-
 @cases(
     "line change problem",
     (1, lambda header: header | {"format": "other"}, "format: expected 'rmfs-decisions', found 'other'"),

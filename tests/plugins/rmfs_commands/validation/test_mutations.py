@@ -265,7 +265,6 @@ def test_corruptions_are_named(base: str, name: str, fault: str, recorded: Recor
 @pytest.mark.slow
 @pytest.mark.parametrize("base", BASES)
 def test_every_corruption_shows(base: str, recorded: Recorded, tmp_path: Path) -> None:
-    """But for those that are legitimate, and these do not; there are hundreds."""
     found, made = missed(recorded(base), list(KINDS), tmp_path)
     assert found == legitimate(base)
     assert made >= 170

@@ -24,7 +24,7 @@ from calling import exit_code, refused
 from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.experiments import Axis, AxisPoint, Base, Experiment, ExperimentResult, RuleSetChoice
-from rmfs_commands.experiments.compare import Interval, Paired, summary
+from rmfs_commands.experiments.compare import Interval, summary
 from rmfs_commands.experiments.report import print_comparison, write_report
 from rmfs_commands.experiments.report.files import ONE_COLUMN_CM
 from rmfs_commands.experiments.report.html import report_html
@@ -33,12 +33,7 @@ from rmfs_commands.experiments.report.numbers import (
     MINUS,
     NO_TEST,
     OF_MEAN_NOTE,
-    difference,
-    probability,
-    relative,
-    times,
     title,
-    value,
 )
 from rmfs_commands.experiments.report.plots import MOST_RULE_SETS, Plot, make_plots, plot_of
 from rmfs_commands.experiments.report.tables import SUMMARY_COLUMNS, grids, summary_csv, write_parquet
@@ -62,43 +57,7 @@ def found(mean: float | None, low: float | None = None, high: float | None = Non
     (PART, "Part of the distance driven with a pod (m)"),  # by itself its label says nothing
 )
 def test_a_title_stands_by_itself(metric: Metric, text: str) -> None:
-    """The label with its unit; of a part of another figure what it means."""
     assert title(metric) == text
-
-
-def test_a_mean_has_a_digit_more_than_a_run() -> None:
-    assert (value(MAKESPAN, 12.34), value(PLAIN, 12.34)) == ("12.34", "12.3")
-    assert value(PLAIN, None) == "-"
-
-
-@cases(
-    "interval text",
-    (found(0.5, -0.25, 1.25), f"+0.50 [{MINUS}0.25, +1.25]"),
-    (found(-0.5), f"{MINUS}0.50 (no interval)"),
-    (found(0.001, -0.001, 0.001), "0.00 [0.00, 0.00]"),  # no sign for what is rounded to zero
-    (found(None), "-"),
-)
-def test_a_difference_has_its_sign_and_interval(interval: Interval, text: str) -> None:
-    assert difference(MAKESPAN, interval) == text
-
-
-def test_multiples_of_a_bound_have_two_digits() -> None:
-    assert (times(1.484), times(1234.5), times(None)) == ("1.48", "1,234.50", "-")
-
-
-def test_relative_differences_are_in_percent() -> None:
-    pair = Paired("one", "m", "other", 3, 3, 0, 1.0, 1.0)
-    assert relative(evolve(pair, relative=found(-0.1234, -0.2, 12.0))) == f"{MINUS}12.3 % [{MINUS}20.0, +1,200.0]"
-    assert relative(evolve(pair, relative=found(0.5))) == "+50.0 % (no interval)"
-    assert relative(evolve(pair, relative=found(0.5), of_mean=True), bounds=False) == "+50.0 % \u2020"
-    assert relative(pair) == "-"
-
-
-@pytest.mark.parametrize(
-    ("p", "text"), [(None, "-"), (0.00099, "< 0.001"), (0.001, "0.001"), (0.04999, "0.050"), (1.0, "1.000")]
-)
-def test_p_values_have_three_digits(p: float | None, text: str) -> None:
-    assert probability(p) == text
 
 
 FAILURE = "rule <b>bad</b> & worse: no idea"
@@ -159,33 +118,12 @@ def test_no_name_is_a_formula(result: ExperimentResult, tmp_path: Path, name: st
     assert pandas.read_parquet(tmp_path / "runs.parquet")["rule_set"].iloc[0] == f"{name}base"
 
 
-def test_bounds_are_in_both_tables(bounded: ExperimentResult, tmp_path: Path) -> None:
-    """Of each run in runs.parquet, and their means in summary.csv; empty where there are none."""
-    rows = list(csv.DictReader(summary_csv(bounded.comparison()).splitlines()))
-    of = {(row["instances"], row["metric"], row["rule_set"]): (row["bound"], row["times_bound"]) for row in rows}
-    bound, times = map(float, of["orders=50", "pile_on", "good"])
-    assert (bound, times) == (1.25, pytest.approx(2.56))
-    assert of["orders=50", "picker_utilisation", "good"] == ("", "")
-    write_parquet(bounded, tmp_path / "runs.parquet")
-    assert set(pandas.read_parquet(tmp_path / "runs.parquet")["bound.pile_on"].dropna()) == {1.25}
-
-
-def test_tables_for_papers(result: ExperimentResult) -> None:
-    found = grids(result.comparison())
-    assert set(found) == set(result.experiment.metrics)
-    grid = found["pile_on"]
-    assert grid.columns[:4] == ("Instances", "Rule set", "Seeds", "Mean")
-    (baseline,) = [row for row in grid.rows if row[0] == "overall" and row[1] == result.experiment.baseline]
-    assert set(baseline[4:]) == {""}
-
-
 def plots_of(result: ExperimentResult, **changes: Any) -> list[Any]:
     changed = evolve(result, experiment=evolve(result.experiment, **changes))
     return make_plots(changed.rows, changed.comparison())
 
 
 def test_a_plot_of_differences_and_one_for_each_metric(result: ExperimentResult) -> None:
-    """A page needs SVG alone; pictures for papers have all endings."""
     plots = plots_of(result)
     assert [plot.name for plot in plots] == ["differences", *result.experiment.metrics]
     assert [plot.title for plot in plots][:2] == ["Differences from base", "Pile-on"]
@@ -246,35 +184,6 @@ def test_a_plot_that_fails_costs_that_plot_only(capsys: pytest.CaptureFixture[st
     assert drawn.title == "My plot"
 
 
-def test_a_single_rule_set_differs_from_nothing(result: ExperimentResult) -> None:
-    rows = [row for row in result.rows if row["rule_set"] == "base"]
-    alone = evolve(result, rows=rows)
-    chosen = tuple(one for one in result.experiment.rule_sets if one.name == "base")
-    plots = plots_of(alone, rule_sets=chosen, metrics=("pile_on",))
-    assert [plot.name for plot in plots] == ["pile_on"]
-
-
-@pytest.mark.parametrize(("values", "drawn"), [(None, []), (0.0, ["differences", "pile_on"])])
-def test_what_no_run_has_is_not_drawn(result: ExperimentResult, values: float | None, drawn: list[str]) -> None:
-    for row in result.rows:
-        row["pile_on"] = values
-    assert [plot.name for plot in plots_of(result, metrics=("pile_on",))] == drawn
-
-
-def test_a_bound_is_a_dashed_line(result: ExperimentResult) -> None:
-    metrics = ("pile_on", "picker_utilisation")
-    pictures = []
-    for bound in (None, 1.0, 1.5):
-        for row in result.rows:
-            row["bound.pile_on"] = bound
-        pictures.append({plot.name: plot.svg for plot in plots_of(result, metrics=metrics)})
-    without, low, high = pictures
-    assert {name for name in without if without[name] != low[name]} == {"pile_on"}
-    assert {name for name in without if low[name] != high[name]} == {"pile_on"}
-    dashes = {name: svg.count(b"stroke-dasharray") for name, svg in low.items()}
-    assert dashes["pile_on"] - without["pile_on"].count(b"stroke-dasharray") == 3 * 3
-
-
 def printed(result: ExperimentResult, width: int) -> str:
     console = Console(width=width, record=True, quiet=False, file=None, force_terminal=False)
     with console.capture() as capture:
@@ -290,15 +199,6 @@ def test_the_terminal_shows_runs_and_comparisons(result: ExperimentResult) -> No
     assert "Picker utilisation (%)" in text
     assert re.search(r"overall *\n.*\n.*\n +bad +2 \(2 left out\) +4\.150 ", text)
     assert max(map(len, text.splitlines())) <= 120
-
-
-def test_a_narrow_terminal_has_the_same(result: ExperimentResult) -> None:
-    """At 80 columns no name or interval is broken; a difference from 0 is no share of it, that of a share in points."""
-    text = printed(result, 80)
-    assert re.search(r"good +3 +3\.200 +\+1\.000 \(no interval\) +- +\+45\.5 % *\n", text)
-    assert re.search(r"good +3 +2\.0 +\+2\.0 \[", text.partition("Most split orders open")[2])
-    assert re.search(r"Difference \(points\) +p \(Holm\) *\n", text.partition("Picker utilisation (%)")[2])
-    assert max(map(len, text.splitlines())) <= 80
 
 
 def test_two_seeds_have_no_intervals(result: ExperimentResult) -> None:
@@ -332,7 +232,6 @@ def test_other_signs_of_the_two_differences_are_told(result: ExperimentResult) -
 
 
 def test_fronts_follow_the_metrics(with_front: ExperimentResult) -> None:
-    """With the means of the best rule set in both; here the baseline is worst in either, as more is better."""
     text = printed(with_front, 80).partition("None beats these in both")[2]
     assert re.search(r"Rule set +Pile-on +Picker utilisation \(%\)", text)
     assert re.search(r"orders=50 *\n +bad +4\.200 +72\.00 *\n +orders=100 *\n +good", text)
@@ -440,7 +339,6 @@ def test_the_table_of_ends_is_last_unless_runs_failed(result: ExperimentResult) 
 
 
 def test_many_runs_make_a_small_page(result: ExperimentResult) -> None:
-    """Dots of many runs are one bitmap, and tables of many instance sets have all of them together."""
     rows = [row | {"seed": row["seed"] + 3 * i} for i in range(200) for row in result.rows[:9]]
     few, many = ({plot.name: plot.svg for plot in plots_of(evolve(result, rows=of))} for of in (rows[:90], rows))
     assert b"<image" not in few["pile_on"]
@@ -480,7 +378,6 @@ def captions(metrics: dict[str, tuple[list[float | None], list[float | None]]], 
 
 
 def test_captions_say_what_a_table_has() -> None:
-    """Intervals only where there are any, no number of seeds without a mean, and what the dagger is."""
     close = [0.5, 9.0, 10.0, 11.0, 9.0, 10.0], [0.7, 11.0, 13.0, 12.0, 12.0, 12.0]
     found = captions({"makespan_s": ([None] * 6, [None] * 6), "picks": close}, "horizon")
     assert found["makespan_s"] == (
@@ -505,12 +402,6 @@ def test_fronts_are_tables_whose_caption_explains_the_mark(with_front: Experimen
     assert "<td>base</td>" not in front
 
 
-def test_a_plot_that_is_missing_is_left_out(result: ExperimentResult) -> None:
-    page = report_html(result, result.comparison(), [])
-    assert "<img" not in page
-    assert page.count("<table>") == 1 + 3
-
-
 def test_the_report_says_what_was_run(result: ExperimentResult) -> None:
     assert (fact(result, "Runs"), fact(result, "Scenarios")) == ("18", "small")
     assert fact(result, "instance.orders") == "50, 100"
@@ -518,29 +409,6 @@ def test_the_report_says_what_was_run(result: ExperimentResult) -> None:
     assert fact(result, "Versions") == "rmfs 0.1.0"
     hashed = evolve(result, versions={"my_rule.py": "sha256:" + "0123456789ab" * 5})
     assert fact(hashed, "Versions") == "my_rule.py sha256:0123456789ab"
-
-
-def test_seeds_in_a_row_are_a_span(result: ExperimentResult) -> None:
-    for seeds, text in (
-        ((1, 2, 3), "1 to 3"),
-        ((1, 2), "1, 2"),
-        ((1, 2, 4), "1, 2, 4"),
-        ((3, 2, 1), "3, 2, 1"),
-        ((1, 2, 10**15), "1, 2, 1000000000000000"),
-    ):
-        assert fact(evolve(result, experiment=evolve(result.experiment, seeds=seeds)), "Seeds") == text
-
-
-def test_the_page_shows_metrics_of_observers_as_they_describe_them(result: ExperimentResult) -> None:
-    for row in result.rows:
-        if row["status"] != "failed":
-            row |= {"balance": -row["pile_on"], "bare": 0.5}
-    described = {"balance": Metric("balance", "Balance of work", "kJ", 1, "What it costs.")}
-    shown = evolve(result, experiment=evolve(result.experiment, metrics=("balance", "bare")), measures=described)
-    page = page_of(shown)
-    assert ">Balance of work (kJ)</h2>" in page
-    assert "What it costs." in page
-    assert ">bare</h2>" in page
 
 
 def test_the_same_runs_give_the_same_files(result: ExperimentResult, tmp_path: Path) -> None:
@@ -568,7 +436,6 @@ PAPER = r"""\documentclass%s{article}
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="no pdflatex: Debian's texlive-latex-recommended")
 @pytest.mark.parametrize(("options", "width_cm"), [("", 12.0), ("[a4paper,twocolumn]", ONE_COLUMN_CM)])
 def test_tables_and_plots_fit_into_a_paper(with_front, tmp_path, options, width_cm) -> None:
-    """Each table and each plot at its size, with long names and large figures: no box is too wide or too high."""
     for row in with_front.rows:
         row["rule_set"] = LONG if row["rule_set"] == "good" else row["rule_set"]
         row["status"] = "horizon" if row["status"] == "complete" else row["status"]
