@@ -566,13 +566,6 @@ def test_files_of_parameters_stand_in_the_result(tmp_path: Path, monkeypatch: py
     assert not (tmp_path / "new").exists()
 
 
-SCENARIO = """
-seed = 5
-instance = { orders = 10, skus = 10, pods = 8, skus_per_pod = 3 }
-layout = { block_rows = 3, block_columns = 2, stations_east = 1 }
-robots = { count = 3 }
-rules = { poa = "pod-match", pps = "demand" }
-"""
 FAILING_RULE = """
 import attrs
 from rmfs_core import Path, hookimpl
@@ -588,13 +581,6 @@ FILES = {f"{name}.csv" for name in ("orders", "visits", "periods", "hours", "sta
 FILES |= {"result.json"}
 
 
-@pytest.fixture
-def scenario_file(tmp_path: Path) -> Path:
-    path = tmp_path / "small.toml"
-    path.write_text(SCENARIO, encoding="utf-8")
-    return path
-
-
 def same(one: Result, other: Result) -> bool:
     def untimed(result: Result) -> dict[str, Any]:
         content = result.to_dict()
@@ -605,8 +591,8 @@ def same(one: Result, other: Result) -> bool:
     return untimed(one) == untimed(other)
 
 
-def test_a_complete_run(scenario_file: Path) -> None:
-    result = rmfs_core.run(scenario_file)
+def test_a_complete_run() -> None:
+    result = rmfs_core.run("examples/small", seed=5, overrides=["instance.orders=10"])
     assert (result.status, result.seed, result.error) == ("complete", 5, None)
     assert result.metrics["orders_completed"] == len(result.orders) == 10
     assert result.metrics["picks"] == sum(row["picks"] for row in result.visits)
@@ -618,8 +604,8 @@ def test_a_complete_run(scenario_file: Path) -> None:
     assert {"rmfs", "python", "numpy"} <= result.versions.keys()
 
 
-def test_saved_and_loaded(scenario_file: Path, tmp_path: Path) -> None:
-    result = rmfs_core.run(scenario_file, out=tmp_path / "out")
+def test_saved_and_loaded(tmp_path: Path) -> None:
+    result = rmfs_core.run("examples/small", overrides=FEW, out=tmp_path / "out")
     loaded = load_result(tmp_path / "out")
     assert {path.name for path in (tmp_path / "out").iterdir()} == FILES
     assert loaded.to_dict() == result.to_dict()
@@ -628,24 +614,24 @@ def test_saved_and_loaded(scenario_file: Path, tmp_path: Path) -> None:
     assert json.loads((tmp_path / "out" / "result.json").read_text())["scenario"]["stations"]["item_capacity"] == 15
 
 
-def test_seed_overrides_and_limit_count(scenario_file: Path) -> None:
-    first = rmfs_core.run(scenario_file, seed=3)
-    assert same(first, rmfs_core.run(load_scenario(scenario_file), seed=3))
-    assert not same(first, rmfs_core.run(scenario_file, seed=4))
-    assert rmfs_core.run(scenario_file, overrides=["instance.orders=4"]).metrics["orders_total"] == 4
+def test_seed_overrides_and_limit_count() -> None:
+    first = rmfs_core.run("examples/small", seed=3)
+    assert same(first, rmfs_core.run(load_scenario("examples/small"), seed=3))
+    assert not same(first, rmfs_core.run("examples/small", seed=4))
+    assert rmfs_core.run("examples/small", overrides=["instance.orders=4"]).metrics["orders_total"] == 4
     with pytest.raises(InputError, match="expected a scenario file"):
-        rmfs_core.run(load_scenario(scenario_file), overrides=["seed=2"])
-    scenario = evolve(load_scenario(scenario_file), run=RunSection(until_s=60.0))
+        rmfs_core.run(load_scenario("examples/small"), overrides=["seed=2"])
+    scenario = evolve(load_scenario("examples/small"), run=RunSection(until_s=60.0))
     result = rmfs_core.run(scenario)
     assert (result.status, result.interrupted) == ("horizon", False)
     assert (result.metrics["makespan_s"], result.metrics["simulated_s"]) == (None, 60.0)
     assert result.metrics["orders_completed"] < 10
     with pytest.raises(InputError, match="folder"):
-        rmfs_core.run(scenario_file, record=["trace"])
+        rmfs_core.run("examples/small", record=["trace"])
 
 
-def test_no_orders_at_all(scenario_file: Path, tmp_path: Path) -> None:
-    result = rmfs_core.run(scenario_file, overrides=["instance.orders=0"], out=tmp_path / "out")
+def test_no_orders_at_all(tmp_path: Path) -> None:
+    result = rmfs_core.run("examples/small", overrides=["instance.orders=0"], out=tmp_path / "out")
     assert result.status == "complete"
     assert result.metrics["turnover_s"] is None
     assert load_result(tmp_path / "out").orders == []
