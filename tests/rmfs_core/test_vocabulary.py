@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import rmfs_commands.testing
+import rmfs_commands.validation
 import rmfs_core.rule_helpers
 import rmfs_core.rule_helpers as offered
 import rmfs_core.testing
@@ -108,6 +109,8 @@ def test_it_offers_the_functions_themselves() -> None:
     stub = ast.parse(File(offered.__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
     assert [ast.unparse(node) for node in stub.body] == ["from rmfs_rules.helpers import *"]
     assert rmfs_core.testing.check_rule is rmfs_commands.testing.check_rule
+    for name in ("validate_trace", "Fault"):
+        assert getattr(rmfs_core.testing, name) is getattr(rmfs_commands.validation, name)
     for name in ("rmfs_core.testing.worlds", "rmfs_core.rule_helpers.trips"):
         with pytest.raises(ModuleNotFoundError, match=f"No module named '{name}'"):
             importlib.import_module(name)

@@ -279,10 +279,12 @@ def test_observers_describe_what_they_measure() -> None:
     *((one, repr(one)) for one in ("walks", ("walks",), {"walks": 1}, Metric("walks"))),
     (property(lambda _: {}["none"]), "KeyError('none')"),
 )
-def test_a_wrong_description_is_refused(measures: object, found: str) -> None:
-    assert said(InputError, described_by, [type("Walks", (), {"measures": measures})()]) == (
+def test_a_wrong_description_is_refused_before_the_run(measures: object, found: str) -> None:
+    walks = type("Walks", (Pressing,), {"measures": measures})(0)
+    assert said(InputError, rmfs_core.run, "examples/small", observers=[walks]) == (
         f"class Walks: expected `measures` to be a tuple of rmfs_core.results.catalogue.Metric, found {found:.80}"
     )
+    assert walks.heard == [0, 0]
 
 
 @cases(
@@ -307,18 +309,6 @@ def test_a_run_that_is_refused_leaves_no_folder(tmp_path: Path) -> None:
         with pytest.raises(rmfs_core.InputError, match="robots"):
             rmfs_core.run("examples/small", overrides=["robots.count=1000"], out=tmp_path / folder)
     assert [path.name for path in tmp_path.iterdir()] == ["old"]
-
-
-def test_how_metrics_are_shown_is_checked_before_the_run() -> None:
-    class Watching:
-        measures = ("legs",)
-
-        @rmfs_core.hookimpl
-        def run_started(self) -> None:
-            raise AssertionError
-
-    with pytest.raises(rmfs_core.InputError, match=r"class Watching: expected `measures` to be a tuple of .*Metric"):
-        rmfs_core.run("examples/small", observers=[Watching()])
 
 
 class Observing:
@@ -348,6 +338,7 @@ class Pressing:
 
     def __init__(self, times: int, at: int = 50) -> None:
         self.times, self.heard, self.at = times, [0, 0], at
+        self.ended: list[tuple[int, str]] = []
 
     @rmfs_core.hookimpl
     def on_event(self, event: Event) -> None:
@@ -356,6 +347,10 @@ class Pressing:
             for _ in range(self.times):
                 signal.raise_signal(signal.SIGINT)
         self.heard[1] += 1
+
+    @rmfs_core.hookimpl
+    def run_ended(self, tick: int, status: str) -> None:
+        self.ended.append((tick, status))
 
 
 @pytest.fixture
@@ -371,12 +366,15 @@ def interruptible() -> Iterator[None]:
 
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize(("times", "heard"), [(1, 0), (2, 1)])
-def test_a_run_is_interrupted_between_events(times: int, heard: int) -> None:
+def test_a_run_is_interrupted_between_events(times: int, heard: int, tmp_path: Path) -> None:
     """So that nobody has heard half of one; at the second Ctrl-C at once. Afterwards all is as before."""
     observer = Pressing(times)
-    result = rmfs_core.run("examples/small", observers=[observer])
+    result = rmfs_core.run("examples/small", observers=[observer], out=tmp_path, record=["trace"])
     assert (result.interrupted, result.status) == (True, "partial")
     assert observer.heard[0] - observer.heard[1] == heard
+    assert observer.ended == [(round(result.metrics["simulated_s"] * 1000), "partial")]
+    assert load_result(tmp_path).status == "partial"
+    assert (tmp_path / "trace.jsonl.gz").exists()
 
 
 @pytest.mark.usefixtures("interruptible")
@@ -568,13 +566,6 @@ def test_files_of_parameters_stand_in_the_result(tmp_path: Path, monkeypatch: py
     assert not (tmp_path / "new").exists()
 
 
-SCENARIO = """
-seed = 5
-instance = { orders = 10, skus = 10, pods = 8, skus_per_pod = 3 }
-layout = { block_rows = 3, block_columns = 2, stations_east = 1 }
-robots = { count = 3 }
-rules = { poa = "pod-match", pps = "demand" }
-"""
 FAILING_RULE = """
 import attrs
 from rmfs_core import Path, hookimpl
@@ -590,31 +581,6 @@ FILES = {f"{name}.csv" for name in ("orders", "visits", "periods", "hours", "sta
 FILES |= {"result.json"}
 
 
-class Interrupting:
-    """Observer that acts as if a person pressed Ctrl-C after some events."""
-
-    def __init__(self, after: int) -> None:
-        self.left = after
-        self.ended: list[tuple[int, str]] = []
-
-    @hookimpl
-    def on_event(self) -> None:
-        self.left -= 1
-        if self.left == 0:
-            raise KeyboardInterrupt
-
-    @hookimpl
-    def run_ended(self, tick: int, status: str) -> None:
-        self.ended.append((tick, status))
-
-
-@pytest.fixture
-def scenario_file(tmp_path: Path) -> Path:
-    path = tmp_path / "small.toml"
-    path.write_text(SCENARIO, encoding="utf-8")
-    return path
-
-
 def same(one: Result, other: Result) -> bool:
     def untimed(result: Result) -> dict[str, Any]:
         content = result.to_dict()
@@ -625,8 +591,8 @@ def same(one: Result, other: Result) -> bool:
     return untimed(one) == untimed(other)
 
 
-def test_a_complete_run(scenario_file: Path) -> None:
-    result = rmfs_core.run(scenario_file)
+def test_a_complete_run() -> None:
+    result = rmfs_core.run("examples/small", seed=5, overrides=["instance.orders=10"])
     assert (result.status, result.seed, result.error) == ("complete", 5, None)
     assert result.metrics["orders_completed"] == len(result.orders) == 10
     assert result.metrics["picks"] == sum(row["picks"] for row in result.visits)
@@ -638,8 +604,8 @@ def test_a_complete_run(scenario_file: Path) -> None:
     assert {"rmfs", "python", "numpy"} <= result.versions.keys()
 
 
-def test_saved_and_loaded(scenario_file: Path, tmp_path: Path) -> None:
-    result = rmfs_core.run(scenario_file, out=tmp_path / "out")
+def test_saved_and_loaded(tmp_path: Path) -> None:
+    result = rmfs_core.run("examples/small", overrides=FEW, out=tmp_path / "out")
     loaded = load_result(tmp_path / "out")
     assert {path.name for path in (tmp_path / "out").iterdir()} == FILES
     assert loaded.to_dict() == result.to_dict()
@@ -648,45 +614,27 @@ def test_saved_and_loaded(scenario_file: Path, tmp_path: Path) -> None:
     assert json.loads((tmp_path / "out" / "result.json").read_text())["scenario"]["stations"]["item_capacity"] == 15
 
 
-def test_files_of_an_earlier_run_are_replaced(scenario_file: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    rmfs_core.run(scenario_file, out=out, record=["trace"])
-    (out / "notes.txt").write_text("mine")
-    rmfs_core.run(scenario_file, out=out, seed=9)
-    assert {path.name for path in out.iterdir()} == FILES | {"notes.txt"}
-    assert load_result(out).seed == 9
-
-
-def test_seed_overrides_and_limit_count(scenario_file: Path) -> None:
-    first = rmfs_core.run(scenario_file, seed=3)
-    assert same(first, rmfs_core.run(load_scenario(scenario_file), seed=3))
-    assert not same(first, rmfs_core.run(scenario_file, seed=4))
-    assert rmfs_core.run(scenario_file, overrides=["instance.orders=4"]).metrics["orders_total"] == 4
+def test_seed_overrides_and_limit_count() -> None:
+    first = rmfs_core.run("examples/small", seed=3)
+    assert same(first, rmfs_core.run(load_scenario("examples/small"), seed=3))
+    assert not same(first, rmfs_core.run("examples/small", seed=4))
+    assert rmfs_core.run("examples/small", overrides=["instance.orders=4"]).metrics["orders_total"] == 4
     with pytest.raises(InputError, match="expected a scenario file"):
-        rmfs_core.run(load_scenario(scenario_file), overrides=["seed=2"])
-    scenario = evolve(load_scenario(scenario_file), run=RunSection(until_s=60.0))
+        rmfs_core.run(load_scenario("examples/small"), overrides=["seed=2"])
+    scenario = evolve(load_scenario("examples/small"), run=RunSection(until_s=60.0))
     result = rmfs_core.run(scenario)
     assert (result.status, result.interrupted) == ("horizon", False)
     assert (result.metrics["makespan_s"], result.metrics["simulated_s"]) == (None, 60.0)
     assert result.metrics["orders_completed"] < 10
     with pytest.raises(InputError, match="folder"):
-        rmfs_core.run(scenario_file, record=["trace"])
+        rmfs_core.run("examples/small", record=["trace"])
 
 
-def test_no_orders_at_all(scenario_file: Path, tmp_path: Path) -> None:
-    result = rmfs_core.run(scenario_file, overrides=["instance.orders=0"], out=tmp_path / "out")
+def test_no_orders_at_all(tmp_path: Path) -> None:
+    result = rmfs_core.run("examples/small", overrides=["instance.orders=0"], out=tmp_path / "out")
     assert result.status == "complete"
     assert result.metrics["turnover_s"] is None
     assert load_result(tmp_path / "out").orders == []
-
-
-def test_an_interrupted_run_keeps_what_was_measured(scenario_file: Path, tmp_path: Path) -> None:
-    observer = Interrupting(after=60)
-    result = rmfs_core.run(scenario_file, observers=[observer], out=tmp_path / "out", record=["trace"])
-    assert (result.status, result.interrupted) == ("partial", True)
-    assert observer.ended == [(round(result.metrics["simulated_s"] * 1000), "partial")]
-    assert load_result(tmp_path / "out").status == "partial"
-    assert (tmp_path / "out" / "trace.jsonl.gz").exists()
 
 
 def test_a_failed_run_keeps_what_was_measured_and_its_rule_is_found_again(tmp_path, monkeypatch) -> None:

@@ -25,7 +25,7 @@ from rmfs_core.simulation.applying import apply_assignments, apply_selection, ap
 from rmfs_core.simulation.asking import Asker, ImpossibleError, Observers
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.rounds import Decisions
-from rmfs_core.warehouse import Pod, Robot, Warehouse, WarehouseView
+from rmfs_core.warehouse import Pod, Robot, Warehouse
 from saying import said
 from scripted import run_of, scripted, until_nothing_happens
 from told import Prepare
@@ -405,16 +405,6 @@ def test_streams_of_rules(tmp_path: Path) -> None:
     alone = context(tmp_path)
     assert [*drawn(alone), *drawn(alone)] == [one, two]
     assert one != two
-
-
-def test_rules_see_the_whole_warehouse_unless_they_are_shown_less(tmp_path: Path) -> None:
-    world = small_world({"1": ["a"]}, {"p": ["a"]})
-    run, rule = run_of(world, tmp_path)
-    poa, less = run.rules.poa, WarehouseView(world, ())
-    assert poa is not None
-    run.ask(poa)
-    run.ask(poa, less)
-    assert [told["warehouse"] for _, told in rule.asked] == [run.view, less]
 
 
 def test_the_profile_divides_wall_clock_time(tmp_path: Path) -> None:

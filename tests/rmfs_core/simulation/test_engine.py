@@ -303,7 +303,6 @@ def test_stations_count_items_or_orders(stations: model.StationsSection, expecte
 
 @cases(
     "sections message",
-    ({"robots": model.RobotsSection(count=99)}, "robots.count: found 99 robots; the layout has 80 storage locations"),
     ({"stations": model.StationsSection(item_capacity=(1, 2, 3))}, "stations.item_capacity: found 3 capacities, "),
     ({"stations": model.StationsSection(order_capacity=(1,))}, "stations.order_capacity: found 1 capacities, but "),
     ({"instance": at(**{"3": "p"})}, "instance.pods_at_stations.3: no station 3; expected 1 to 2"),

@@ -7,7 +7,6 @@ from typing import Any, ClassVar
 import pytest
 from attrs import define, evolve, field
 
-import rmfs_commands.validation
 import rmfs_core
 import rmfs_core.testing
 from cases import cases
@@ -439,8 +438,3 @@ def test_items_are_told_apart_from_those_that_are_free() -> None:
     assert [note.stock[pod] for note in (before, promised, picked)] == [((0, 2, 2),), ((0, 2, 1),), ((0, 1, 1),)]
     assert before.first_change(promised) is not None
     assert promised.first_change(picked) is not None
-
-
-def test_recorded_runs_are_validated_by_the_names_that_tests_of_rules_know() -> None:
-    assert rmfs_core.testing.validate_trace is rmfs_commands.validation.validate_trace
-    assert rmfs_core.testing.Fault is rmfs_commands.validation.Fault
