@@ -11,7 +11,7 @@ from attrs import define, validators
 from numpy.typing import NDArray
 
 from rmfs_core.decisions import OrderAssignment
-from rmfs_core.warehouse import CAPACITY, UNLIMITED, Order, columns_of, shown, stock_of
+from rmfs_core.warehouse import CAPACITY, UNLIMITED, Order, columns_of, shown
 from rmfs_core.world import OrderData
 from rmfs_rules.helpers import pairs_search as search
 from rmfs_rules.helpers.late import OVERSIZE_WAIT_S, assign_late
@@ -100,8 +100,10 @@ class Pairs:
             capacities["free"], capacities["load"] = queues
             capacities["counts_orders"] = 1
         self._free = capacities["free"]
-        stock, coming = warehouse.stock, _NOTHING
+        coming, (of_pod, skus, items) = _NOTHING, _NO_STOCK
         if fast_lane:
+            stock = warehouse.stock
+            of_pod, skus, items = stock.of_pod, stock.sku, stock.items.copy()
             pods = [pod_at(warehouse, station) for station in self.stations]
             heads["pod"] = [-1 if pod is None else pod.id for pod in pods]
             coming = np.array([[pod is not None and s.id in pod.bound_for for s in self.stations] for pod in pods])
@@ -113,9 +115,9 @@ class Pairs:
             nothing.astype(np.bool_) if self._queued else places_taken(warehouse),
             fast_lane,
             coming,
-            stock.of_pod,
-            stock.sku,
-            stock.items.copy() if fast_lane else _NO_ITEMS,
+            of_pod,
+            skus,
+            items,
         )
         self._chosen: list[OrderAssignment] = []
 
@@ -337,12 +339,12 @@ def assign_best_pairs(
 
 def load() -> None:
     """Load what is compiled, or compile it, by a decision on one order without items at one station."""
-    none, stock = np.zeros((1, 0), np.int64), stock_of((), 1)
+    none = np.zeros((1, 0), np.int64)
     lines = columns_of([Order(0, OrderData("", arrival_tick=0, lines=()), int)], 1)
     scores = search.Scores(none, none.astype(np.float64), np.zeros(1))
     order = search.Precedence(np.zeros(1, np.bool_), np.zeros(0, np.bool_), _NO_RANK)
-    rows, entries = (np.zeros(1, CAPACITY), np.zeros(1, search.HEAD)), (stock.of_pod, stock.sku, stock.items.copy())
-    at = search.Stations(*rows, UNLIMITED, np.zeros(1), none.view(np.bool_), 0, _NOTHING, *entries)
+    rows = np.zeros(1, CAPACITY), np.zeros(1, search.HEAD)
+    at = search.Stations(*rows, UNLIMITED, np.zeros(1), none.view(np.bool_), 0, _NOTHING, *_NO_STOCK)
     search.assign_best((tuple(lines), tuple(scores), tuple(order), tuple(at)), 1)
     search.best_pair(lines, scores, order, at)
     search.values_of(lines, scores, 0, at)
@@ -377,5 +379,6 @@ def places_taken(warehouse: WarehouseView) -> Flags:
     return placed
 
 
-_NOTHING, _NONE_FIRST, _NO_ITEMS = np.zeros((0, 0), np.bool_), np.zeros(0, np.bool_), np.zeros(0, np.int64)
+_NOTHING, _NONE_FIRST = np.zeros((0, 0), np.bool_), np.zeros(0, np.bool_)
 _NO_RANK = shown(np.zeros(0))  # compiled functions take one kind of array, and due times are for looking only
+_NO_STOCK = shown(np.zeros(1, np.int64)), shown(np.zeros(0, np.int64)), np.zeros(0, np.int64)

@@ -244,4 +244,7 @@ def nearest(warehouse: WarehouseView, stock: Stock, pods: Ids, station: Station)
     """
     if len(pods) == 1:  # only ties need driving times
         return int(pods[0])
-    return int(pods[ticks_from(warehouse, stock.cell[pods], station).argmin()])
+    table = warehouse.travel.ways_to(station.cell, True)
+    ticks = table[stock.cell[pods]].min(axis=1)
+    at = int(ticks.argmin())
+    return int(pods[at if ticks[at] < far(table) else 0])
