@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from itertools import starmap
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from attrs import define, field
 
-from rmfs_core import Leg, Path, hookimpl
+from rmfs_core import Path, hookimpl
 from rmfs_rules.helpers.searching import Asked, search_once
 from rmfs_rules.sipp import compiled
 from rmfs_rules.sipp.states import memory_for
@@ -74,20 +73,19 @@ class Sipp:
         for spare in LATER_TICKS:
             times, within = roads.travel.times_near(query.cell, query.heading, query.goal, query.loaded, spare)
             soon = query.start_tick + within
-            legs = self._legs(table, query, min(latest, soon), roads.tracks(query.goal, query.loaded, times))
-            if legs is not None or soon >= latest:
-                return None if legs is None else Path(legs)
-        legs = self._legs(table, query, latest, roads.tracks(query.goal, query.loaded))
-        return None if legs is None else Path(legs)
+            path = self._path(table, query, min(latest, soon), roads.tracks(query.goal, query.loaded, times))
+            if path is not None or soon >= latest:
+                return path
+        return self._path(table, query, latest, roads.tracks(query.goal, query.loaded))
 
     def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:
         """Return the path that arrives first and may stay at the goal forever; None when there is none."""
-        legs = self._legs(table, query, query.latest, roads.tracks(query.goal, query.loaded))
-        return None if legs is None else timed_path(roads, query, legs)
+        path = self._path(table, query, query.latest, roads.tracks(query.goal, query.loaded))
+        return None if path is None else timed_path(roads, query, path.legs)
 
-    def _legs(self, table: Reservations, query: Query, latest: int, tracks: Tracks) -> tuple[Leg, ...] | None:
+    def _path(self, table: Reservations, query: Query, latest: int, tracks: Tracks) -> Path | None:
         memory, number = self._memory, self._memory.next(table)
-        rows: Any = compiled.search(
+        ends: Any = compiled.search(
             Asked.by(query), latest, number, compiled.LITTLE, tuple(tracks), tuple(table.arrays), memory.arrays
         )
-        return None if rows is None else tuple(starmap(Leg, rows.tolist()))
+        return None if ends is None else Path(ends)
