@@ -123,6 +123,8 @@ class ReservedDriving(Driving):
         self._locations = np.array(locations, dtype=np.int64)
         self.owner: dict[int, Course] = {course.goal: course for course in self.courses}
         self._forgotten = 0
+        self._run = np.zeros((1, 2), dtype=np.int64)
+        """A leg without a wait, for those who read it at once."""
         self._driving: set[int] = set()
         for course in () if run.begun else self.courses:
             self.table.hold(course.robot.id, course.robot.cell, 0)
@@ -212,7 +214,8 @@ class ReservedDriving(Driving):
         if course.under_way is None:
             return self.next_stop(course), legs
         start, end = course.under_way
-        return start, np.concatenate([[[end.cell, 0]], legs])
+        self._run[0, 0] = end.cell
+        return start, np.concatenate((self._run, legs))
 
     def _drive(self, course: Course, legs: Rows = NO_LEGS) -> tuple[Occupancy, Stop]:
         """Return what legs occupy and where they end, after the leg under way if there is one."""

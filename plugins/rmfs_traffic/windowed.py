@@ -92,7 +92,6 @@ class WindowedDriving(ReservedDriving):
         self.progress_of = [Progress() for _ in self.courses]
         self.registered = Reservations(self.roads.cells)
         """The runs under way, or the cells that robots stand in; no two robots ever have a cell at once."""
-        self._run = np.zeros((1, 2), dtype=np.int64)
         for course in () if run.begun else self.courses:
             self.registered.hold(course.robot.id, course.robot.cell, 0)
         lanes = [(station.cell, *station.cells.queue) for station in run.warehouse.stations]

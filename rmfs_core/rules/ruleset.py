@@ -112,7 +112,7 @@ class _Registered:
                 setattr(self, method, getattr(instance, method))
 
 
-@define(eq=False)
+@define(eq=False, slots=False)
 class RuleSet:
     """The rules of one run. Instances are new for each rule set, so no state is carried from run to run.
 
@@ -198,7 +198,7 @@ class RuleSet:
 
     def __getattr__(self, key: str) -> BoundRule | None:
         if key in _SINGLE:
-            return self.others.get(key)
+            return vars(self).setdefault(key, self.others.get(key))  # which is found sooner the next time
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {key!r}")
 
     @property
