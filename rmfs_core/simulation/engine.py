@@ -228,6 +228,7 @@ class Simulation:
             self._tell(events.VisitStarted(self.now, at.visit, robot=robot.id, pod=pod.id, station=station.id))
         else:
             at = going
+        picks = at.picks
         while True:
             request = next_request(station, pod)
             if going is not None:
@@ -237,7 +238,7 @@ class Simulation:
                 self.warehouse.promises.secure(request, pod)
             elif bundle is None:
                 break
-            at = at._replace(kind="picker", sku=None if request is None else request.sku)
+            at = Going("picker", robot.id, None, None if request is None else request.sku, visit=at.visit, picks=picks)
             if going is None or going.kind == "picker":
                 if (free := self.warehouse.picker_free(station)) > self.now:
                     yield self._until(free, at)
@@ -245,15 +246,14 @@ class Simulation:
                     yield self.outages.repaired(station, at)
                 going = None
             if request is not None:
-                picked = yield from self._pick(request, pod, station, at if going is None else going)
-                at = at._replace(picks=at.picks + picked)
+                picks += yield from self._pick(request, pod, station, at if going is None else going)
             elif bundle is not None:
                 yield from self._store_bundle(bundle, pod, station, at if going is None else going)
             going = None
         following = self._leave(robot, pod, station)
         next_station = None if following is None else following.id
-        self._tell(events.VisitEnded(self.now, at.visit, pod.id, station.id, at.picks, next_station))
-        if self.packing is not None and at.picks:
+        self._tell(events.VisitEnded(self.now, at.visit, pod.id, station.id, picks, next_station))
+        if self.packing is not None and picks:
             self.env.process(self.packing.visit_ended(station.id, self.warehouse.picker_free(station)))
         return following
 
