@@ -592,7 +592,7 @@ def same(one: Result, other: Result) -> bool:
 
 
 def test_a_complete_run() -> None:
-    result = rmfs_core.run("examples/small", seed=5, overrides=["instance.orders=10"])
+    result = rmfs_core.run("examples/small", overrides=["seed=5", "instance.orders=10"])
     assert (result.status, result.seed, result.error) == ("complete", 5, None)
     assert result.metrics["orders_completed"] == len(result.orders) == 10
     assert result.metrics["picks"] == sum(row["picks"] for row in result.visits)
