@@ -424,6 +424,25 @@ def test_streams_of_text_alone_serve_as_well(monkeypatch: pytest.MonkeyPatch) ->
     assert json.loads(rest)["valid"]
 
 
+def test_plugins_have_no_input(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    file = tmp_path / "input"
+    file.write_text("a line\nanother\n", encoding="utf-8")
+    own = os.dup(0)
+    with file.open(encoding="utf-8") as given:
+        os.dup2(given.fileno(), 0)
+        with os.fdopen(0, closefd=False) as stream:
+            monkeypatch.setattr("sys.stdin", stream)
+            with no_input(), no_input():
+                assert (sys.stdin.read(), os.read(0, 9)) == ("", b"")
+                with pytest.raises(EOFError):
+                    input()
+                assert own_input().readline() == b"a line\n"
+            os.lseek(0, 0, os.SEEK_SET)
+            assert sys.stdin.readline() == "a line\n"
+        os.dup2(own, 0)
+        os.close(own)
+
+
 CALLS = [
     ("run", "examples/small", "--set", "rules.poa=./noisy.py:Noisy", "--out", "out", "--json"),
     ("rules", "./noisy.py:Noisy", "--json"),
