@@ -23,7 +23,7 @@ PUBLIC = ROOT / "docs" / "reference" / "api.md"
 MOST_LINES, MOST_FILES, MOST_FOLDERS = 11_000, 74, 7
 """The kernel's budget, with little room, to be lowered when the kernel becomes smaller. 200 lines and one file let each
 story of a robot be entered in the middle, where a run begins in a state."""
-MOST_TEST_LINES = 46_640
+MOST_TEST_LINES = 46_650
 """The budget of the tests. A new test first looks for the table of its subject, and for the test that it replaces."""
 
 NAMES_A_PLUGIN = {
