@@ -6,7 +6,6 @@ import os
 import sys
 import types
 import typing
-import warnings
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from copy import deepcopy
@@ -33,9 +32,6 @@ FORMATS = "rmfs.formats"
 PROCESSES = "rmfs.processes"
 DRIVING = "rmfs.driving"
 SECTIONS = {INSTANCES: "instance", LAYOUTS: "layout"}  # of a scenario, whose key `generator` names an entry point
-
-RENAMED = {RULES: "rmfs"}
-"""Groups with the name that they had in rmfs 0.1.0, which is read as well until rmfs 0.3.0."""
 
 
 def origin(entry: EntryPoint) -> tuple[str, str]:
@@ -65,7 +61,7 @@ def offers(group: str) -> dict[str, Entries]:
 @lru_cache(maxsize=16)
 def _offers(group: str, stamps: tuple[tuple[str, int], ...]) -> dict[str, Entries]:
     found: dict[str, list[EntryPoint]] = {}
-    for entry in sorted(_entries(group, _all(stamps)), key=lambda entry: entry.name):
+    for entry in sorted(_all(stamps).select(group=group), key=lambda entry: entry.name):
         found.setdefault(entry.name, []).append(entry)
     for name, same in list(found.items()):
         if len(same) > 1:  # who offers an entry point is read from files: only where it matters
@@ -120,15 +116,6 @@ def process(name: str, place: str) -> Any:
     return load(chosen(PROCESSES, None, name), place, "process")
 
 
-def _entries(group: str, known: Any) -> list[EntryPoint]:
-    """Return a group's entry points, with those under its old name except for what a distribution offers under both."""
-    entries = [*known.select(group=group)]
-    if group in RENAMED and (old := known.select(group=RENAMED[group])):
-        both = {(*origin(entry), entry.name) for entry in entries}
-        entries += [entry for entry in old if (*origin(entry), entry.name) not in both]
-    return entries
-
-
 def load(entries: Entries, place: str, kind: str) -> object:
     """Import what the entry point of a name leads to.
 
@@ -151,11 +138,6 @@ def load(entries: Entries, place: str, kind: str) -> object:
         clash = listed(" ".join(origin(entry)) for entry in entries)
         ways = listed((f"`{origin(entry)[0]}:{entry.name}`" for entry in entries), "or")
         raise InputError(place, f'{kind} "{entry.name}" is offered by {clash}; expected one of them: {ways}')
-    for group, old in RENAMED.items():
-        if entry.group == old:
-            what = f"{describe(kind, entry.name, *origin(entry))} is in the entry-point group `{old}`"
-            told = f"{what}; from rmfs 0.3.0 on `{group}` alone is read: rename it in its pyproject.toml"
-            warnings.warn(told, FutureWarning, stacklevel=2)
     try:
         target: object = entry.load()
     except (Exception, SystemExit) as error:

@@ -7,13 +7,10 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Self
 
-from rmfs_core.former import former
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 from rmfs_core.scenario.source import KeyPath
 from rmfs_core.scenario.structuring import KeyProblem, fields_of
 from rmfs_core.wording import nearest
-
-__getattr__ = former(__name__, dict.fromkeys(("given_in", "rule_name_from"), "rmfs_commands.instances.overrides"))
 
 
 class GivenText(str):

@@ -37,18 +37,22 @@ class LineColumns:
     ----------
     n_skus
         Number of SKUs.
+    orders
+        Orders whose number and lines the columns are as long as at first.
     """
 
-    def __init__(self, n_skus: int) -> None:
+    def __init__(self, n_skus: int, orders: Sequence[Order] = ()) -> None:
         self._changed: dict[int, Order] = {}  # orders that joined, or whose lines were assigned, since
         self._orders = self._lines = self._used = self._gone = 0
-        ints = {name: np.zeros(0, np.int64) for name in Lines._fields}
-        seconds = {name: np.zeros(0) for name in ("arrival_s", "due_s")}
-        by_sku = {name: np.zeros(n_skus, np.int64) for name in ("first", "number")}
-        self._all = Lines(**ints | seconds | by_sku | {"begin": np.zeros(1, np.int64)})  # type: ignore[arg-type]
+        n, m = len(orders), sum(len(order.lines) for order in orders)
+        long = {"begin": n + 1, "first": n_skus, "number": n_skus, "row": 0}
+        long |= dict.fromkeys(_BY_LINE, m) | dict.fromkeys(_LISTED, 4 * m)
+        kinds: dict[str, Any] = {"arrival_s": np.float64, "due_s": np.float64}
+        self._all = Lines(*(np.zeros(long.get(name, n), kinds.get(name, np.int64)) for name in Lines._fields))
         self._room = np.zeros(n_skus, np.int64)  # of each SKU's list
         self._looked_at: Lines | None = None  # of which there are views for looking only
-        self._show()
+        if not orders:
+            self._show()
 
     def note(self, order: Order) -> None:
         """Note that an order has joined the backlog, or that lines of it were assigned."""
@@ -153,7 +157,7 @@ class LineColumns:
 
 def columns_of(orders: Sequence[Order], n_skus: int) -> Lines:
     """Return the columns of some orders, whose rows are their positions."""
-    columns = LineColumns(n_skus)
+    columns = LineColumns(n_skus, orders)
     columns._join(orders)
     return columns._shown
 

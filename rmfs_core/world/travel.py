@@ -10,7 +10,6 @@ cell of the same queue, and a station is never driven through.
 
 from __future__ import annotations
 
-import warnings
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from copy import copy
@@ -144,12 +143,6 @@ class Travel:
         if make not in self._made:
             self._made[make] = make(self)
         return cast(Made, self._made[make])
-
-    @property
-    def travel(self) -> Travel:
-        """The same travel times, until 0.3.0: for rules whose `prepare` expects the roads that have them."""
-        warnings.warn("`prepare` is handed the travel times themselves now", FutureWarning, stacklevel=2)
-        return self
 
     @property
     def layout(self) -> Layout:

@@ -51,7 +51,7 @@ class Work(NamedTuple):
         Whether two runs may be as fast as one instead of both, except for rounding. If not, turns follow runs.
     down, sides, across
         Ticks from a state to each (cell, heading) at least: ``down`` by row, and ``across`` by column and heading, for
-        rows before, at and after its own, as ``sides`` says.
+        rows before, at and after its own, as ``sides`` says; its last row is for reckoning.
     step, stop
         Ticks that a run takes at least by cell, and besides.
     least
@@ -98,7 +98,7 @@ def work_on(height: int, width: int, runs: NDArray[np.int64], turns: NDArray[np.
     onwards = bool(2 * runs[1] - runs[min(2, longest)] < 3)  # the closest call; each is rounded by half a tick
     driven: NDArray[np.int32] = np.empty(4 * cells, np.int16 if longest < 1 << 15 else np.int32)
     down, sides = np.empty(height, np.int64), np.empty(height, np.int64)
-    across: NDArray[np.int64] = np.empty((3, 4 * width), times_on(cells, runs, turns))
+    across: NDArray[np.int64] = np.empty((4, 4 * width), times_on(cells, runs, turns))
     step = int(np.diff(runs).min())
     stop = int((runs - step * length)[1:].min())
     return Work(
@@ -143,7 +143,9 @@ def times_near(goal, times, start, spare, moves, passable, offsets, runs, turns,
     number = times.dtype.type  # arithmetic in that type is done on several at once
     for row in range(len(work.down)):
         here, left = times[4 * width * row : 4 * width * (row + 1)], number(within - work.down[row])
-        here[:] = np.maximum(np.minimum(here, left - work.across[work.sides[row]]), number(0))
+        np.subtract(left, work.across[work.sides[row]], work.across[3])
+        np.minimum(here, work.across[3], here)
+        np.maximum(here, number(0), here)
     return within
 
 

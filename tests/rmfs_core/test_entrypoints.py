@@ -3,8 +3,6 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-import pytest
-
 from cases import cases
 from rmfs_core.entrypoints import COMMANDS, RULES, load, offers, origin
 from rmfs_core.errors import InputError
@@ -65,19 +63,3 @@ def test_what_is_installed_meanwhile_is_found(install: Install, tmp_path: Path) 
     os.utime(tmp_path / "acme", ns=(later, later))
     assert list(offers(GROUP)) == ["other", "thing"]
     assert origin(offers(GROUP)["other"][0]) == ("acme_two", "2.0")
-
-
-def test_rules_of_the_old_group_are_found_with_a_warning(install: Install) -> None:
-    install("acme", {"slow": "acme_slow:VALUE"}, group="rmfs", acme_slow="VALUE = 7\n")
-    with pytest.warns(FutureWarning, match=r'rule "slow" \(acme 1.0\) is in the entry-point group `rmfs`; from'):
-        assert load(offers(RULES)["slow"], "rules.poa", "rule") == 7
-
-
-def test_a_rule_in_the_old_and_the_new_group_is_one(install: Install, tmp_path: Path) -> None:
-    """So that a distribution works with rmfs 0.1.0, too; that of another distribution is another rule."""
-    install("acme", {"slow": "acme_slow:VALUE"}, acme_slow="VALUE = 7\n")
-    with (tmp_path / "acme" / "acme-1.0.dist-info" / "entry_points.txt").open("a") as stream:
-        stream.write("[rmfs]\nslow = acme_slow:OLD\n")
-    assert load(offers(RULES)["slow"], "rules.poa", "rule") == 7
-    install("bolt", {"slow": "bolt_missing:Slow"}, group="rmfs")
-    assert {"acme:slow", "bolt:slow"} <= offers(RULES).keys()

@@ -116,26 +116,7 @@ def test_it_offers_the_functions_themselves() -> None:
             importlib.import_module(name)
 
 
-@cases(
-    "old name new",
-    ("traffic", "Stop", "rmfs_traffic"),
-    ("traffic.paths", "Stop", "rmfs_traffic"),
-    ("traffic.reservations", "Traffic", "rmfs_traffic"),
-    ("traffic.roads", "Roads", "rmfs_traffic"),
-    ("results.files", "opened", "rmfs_commands.results.files"),
-    ("scenario.overrides", "parse_override", "rmfs_commands.instances.overrides"),
-    ("scenario.rulenames", "given_in", "rmfs_commands.instances.overrides"),
-)
-def test_an_old_name_leads_to_the_new_one_and_warns(old: str, name: str, new: str) -> None:
-    module = "traffic" if old.startswith("traffic") else old
-    with pytest.warns(FutureWarning, match=rf"^rmfs_core\.{module}\.{name} is in {new} now$"):
-        found = getattr(importlib.import_module(f"rmfs_core.{old}"), name)
-    assert found is getattr(importlib.import_module(new), name)
-
-
 def test_a_misspelt_function_is_an_error_as_of_any_module() -> None:
-    with pytest.raises(AttributeError, match=r"^module 'rmfs_core.scenario.rulenames' has no attribute 'given_inn'$"):
-        _ = importlib.import_module("rmfs_core.scenario.rulenames").given_inn
     with pytest.raises(AttributeError, match="send_pod"):
         _ = offered.send_pod  # type: ignore[attr-defined]
     with pytest.raises(ImportError):

@@ -1,5 +1,0 @@
-"""The old name of `rmfs_commands.instances.overrides`, until 0.3.0."""
-
-from rmfs_core.former import former
-
-__getattr__ = former(__name__, "rmfs_commands.instances.overrides")
