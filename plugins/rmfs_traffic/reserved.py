@@ -223,38 +223,31 @@ class ReservedDriving(Driving):
 
     def _follow(self, course: Course) -> Process:
         """Drive what is reserved, leg by leg, forever."""
-        robot, run = course.robot, self.run
-        if course.under_way is not None:
-            yield from self._leg(course)
+        robot, run, stands = course.robot, self.run, Going("wait", course.robot.id)
         while True:
-            if not course.legs:
-                self._path_ended(course)
+            if course.under_way is None:
                 if not course.legs:
-                    yield course.changed
-                continue
-            if wait := course.legs[0][1]:
-                ticks, course.ready = wait if course.ready is None else course.ready - run.warehouse.now, None
-                changed, course.waits = course.changed, run.after(ticks, Going("wait", robot.id))
-                yield _either(course.waits, changed)
-                course.waits = None
-                if changed.triggered:
+                    self._path_ended(course)
+                    if not course.legs:
+                        yield course.changed
                     continue
-            to, _ = course.legs.popleft()
-            if to == robot.cell or (registered := self.register(course, to)) is None:
-                continue
-            course.under_way = registered
-            yield from self._leg(course)
-
-    def _leg(self, course: Course) -> Process:
-        """Drive a leg to its end."""
-        assert course.under_way is not None
-        ((_, before, begun), (to, heading, arrival)), robot = course.under_way, course.robot
-        since, turn = course.since, self.turns[(heading - before) % 4]
-        yield self.set_off(robot, to, begun - since, heading, since, turn, arrival)
-        self.arrive(*self.under_way.pop(robot.id))
-        course.under_way, course.since = None, arrival
-        if course.station is not None and not course.joined:
-            self._join(course.station)
+                if wait := course.legs[0][1]:
+                    ticks, course.ready = wait if course.ready is None else course.ready - run.warehouse.now, None
+                    changed, course.waits = course.changed, run.after(ticks, stands)
+                    yield _either(course.waits, changed)
+                    course.waits = None
+                    if changed.triggered:
+                        continue
+                to, _ = course.legs.popleft()
+                if to == robot.cell or (registered := self.register(course, to)) is None:
+                    continue
+                course.under_way = registered
+            ((_, before, begun), (to, heading, arrival)), since = course.under_way, course.since
+            yield self.set_off(robot, to, begun - since, heading, since, self.turns[(heading - before) % 4], arrival)
+            self.arrive(*self.under_way.pop(robot.id))
+            course.under_way, course.since = None, arrival
+            if course.station is not None and not course.joined:
+                self._join(course.station)
 
     # Robots that begin elsewhere than in storage locations
 

@@ -84,7 +84,7 @@ def apply_selection(warehouse: Warehouse, answer: object, *, max_fetches: int, k
     """Bind the pods of a PPS decision; return it."""
     trips = sequence_of(answer, PodTrip)
     leaving: set[int] = set()
-    uncovered: dict[int, set[int]] = {}
+    uncovered: dict[int, dict[int, int]] = {}
     fetches = 0
     for given in trips:
         pod, station = checks.selected_trip(warehouse, given, leaving, uncovered)

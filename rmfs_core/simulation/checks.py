@@ -92,12 +92,12 @@ def trip(warehouse: Warehouse, given: decisions.PodTrip) -> tuple[Pod, Station]:
 
 
 def selected_trip(
-    warehouse: Warehouse, given: decisions.PodTrip, leaving: set[int], uncovered: dict[int, set[int]]
+    warehouse: Warehouse, given: decisions.PodTrip, leaving: set[int], uncovered: dict[int, dict[int, int]]
 ) -> tuple[Pod, Station]:
     """Check a trip that PPS decided: the pod is free or leaving, and serves a request that was uncovered when asked.
 
     ``leaving`` and ``uncovered`` keep what that was then from one trip of the decision to the next: pods that are
-    leaving, and SKU ids of the uncovered requests by station.
+    leaving, and items of the uncovered requests by SKU, by station.
     """
     pod, station = trip(warehouse, given)
     if (pod.location is None or pod.bound_for) and pod.id not in leaving:
@@ -105,7 +105,7 @@ def selected_trip(
             raise ImpossibleError(f"sent pod {pod.label} to station {station.label}, but the pod is in use")
         leaving.add(pod.id)
     if station.id not in uncovered:
-        uncovered[station.id] = {request.sku for request in station.uncovered_requests}
+        uncovered[station.id] = station.uncovered
     if not any(pod.free_items(sku) > 0 for sku in uncovered[station.id]):
         raise ImpossibleError(
             f"sent pod {pod.label} to station {station.label}, but it holds no item of any request uncovered there"

@@ -262,7 +262,8 @@ class Simulation:
             item = station.id, at.visit, request.order.id, request.sku
             pick_ticks, handle_ticks, expected = self.services.pick(*item, self.now)
             self.warehouse.occupy_picker(station, self.now + handle_ticks, self.now + expected)
-            at = at._replace(kind="pick", since=self.now, tick=self.now + pick_ticks)
+            now, ends = self.now, self.now + pick_ticks
+            at = Going("pick", at.robot, sku=at.sku, visit=at.visit, picks=at.picks, since=now, tick=ends)
         picker_free = self.warehouse.picker_free(station)
         yield self._until(at.tick, at)
         self.warehouse.fulfil(request, pod, handled=False)

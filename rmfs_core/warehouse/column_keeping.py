@@ -66,7 +66,9 @@ class LineColumns:
 
     def _follow(self) -> None:
         """Let lines leave that were assigned, and orders join."""
-        there, new, left = self._all, list[Order](), list[int]()
+        there, last = self._all, self._orders - 1
+        new: list[Order] = []
+        left: list[int] = []
         for order in self._changed.values():
             row = int(there.row[order.id]) if order.id < len(there.row) else -1
             if row >= 0:
@@ -77,7 +79,6 @@ class LineColumns:
         self._changed.clear()
         if len(new) > 1:
             new.sort(key=by_age)
-        last = self._orders - 1
         late = bool(new) and last >= 0 and (new[0].arrival_s, new[0].id) < (there.arrival_s[last], there.order_id[last])
         self._join(new, left)
         if late:  # they had to wait for stock

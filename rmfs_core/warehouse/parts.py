@@ -526,6 +526,15 @@ class Station(ReadOnly):
         return tuple([request for request in self._requests if request._pod is None])
 
     @property
+    def uncovered(self) -> dict[int, int]:
+        """Items of ``uncovered_requests`` by SKU, those of the oldest first."""
+        items: dict[int, int] = {}
+        for request in self._requests:
+            if request._pod is None:
+                items[request.sku] = items.get(request.sku, 0) + request._items
+        return items
+
+    @property
     def open_items(self) -> int:
         """Number of items assigned to it and not yet picked."""
         return sum([request._items for request in self._requests])

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from attrs import evolve
+from numpy.typing import NDArray
 
 from rmfs_core.clock import to_seconds
 from rmfs_core.warehouse.backlog import Backlog
@@ -89,12 +90,10 @@ class Warehouse:
             station._now = lambda: self.now
         for pod in self.pods:
             pod._arrival = self._arrival
-        self._capacities = np.zeros(len(self.picking), CAPACITY)
-        self.capacities = shown(self._capacities)
+        self._capacities, self._booked = np.zeros(len(self.picking), CAPACITY), {*self.picking}
+        self._shown_capacities = shown(self._capacities)
         self.changes = 0
         """How often orders, capacities, or where pods stand may have changed."""
-        for station in self.picking:
-            self._book(station)
         self.has_places = True
         self.largest_capacity = max([UNLIMITED if s.counts_orders else s.capacity for s in self.picking], default=0)
         self.robots = tuple(robots)
@@ -268,11 +267,19 @@ class Warehouse:
         return items
 
     def _book(self, station: Station) -> None:
-        """Write the capacity of a station, and how many pods are inbound, to the records."""
+        """Note that the capacity of a station, or the number of its inbound pods, may be another one."""
         self.changes += 1
         if station.picks:
+            self._booked.add(station)
+
+    @property
+    def capacities(self) -> NDArray[np.void]:
+        """Capacities of the picking stations, by id, as `WarehouseView` says."""
+        for station in self._booked:
             places, pods = (station.capacity, station.counts_orders), len(station._inbound)
             self._capacities[station.id] = station.free_capacity, station._load, *places, pods
+        self._booked.clear()
+        return self._shown_capacities
 
     def bind(self, pod: Pod, station: Station, *, promise: bool = True) -> None:
         """Decide a trip: the pod is bound for the station from now on. ``promise``: and its items are promised."""

@@ -40,6 +40,8 @@ ROLLING, EFFICIENCY = 0.015, 0.8
 SIDE_M, HALF_TRACK_M, LIFT_M = 0.9, 0.3, 0.05
 GRAVITY_M_PER_S2 = 9.81
 J_PER_WH = 3600
+HOUR = 3600 * TICKS_PER_S
+AT_ONCE = 512
 
 PARTS = ("acceleration", "rolling", "turns", "lifts")
 
@@ -58,16 +60,42 @@ class Energy:
     def __init__(self, run: RunInfo, begin: int) -> None:
         self._motion = run.motion
         self._begin = begin
-        self._legs: Counter[tuple[int, int, bool]] = Counter()  # by metres, ticks of the turn, whether loaded
+        self._told: list[RobotMoved] = []  # not counted yet: to count many at once is quicker
+        self._runs: Counter[tuple[int, bool, int, int, bool]] = Counter()
         self._lifts = 0
-        self.handlers: Handlers = {RobotMoved: self._moved, PodLifted: self._lifted}
-
-    def _moved(self, event: RobotMoved) -> None:
-        if event.tick >= self._begin:
-            self._legs[event.distance_m, event.turn_ticks, event.pod is not None] += 1
+        self.handlers: Handlers = {RobotMoved: self._told.append, PodLifted: self._lifted}
 
     def _lifted(self, event: PodLifted) -> None:
         self._lifts += event.tick >= self._begin
+        if len(self._told) >= AT_ONCE:
+            self._take_in()
+
+    def _take_in(self) -> None:
+        """Count runs: by hour, whether they count, metres, ticks of the turn, and whether the robot is loaded."""
+        begin = self._begin
+        self._runs.update(
+            (one.tick // HOUR, one.tick >= begin, one.distance_m, one.turn_ticks, one.pod is not None)
+            for one in self._told
+        )
+        self._told.clear()
+
+    @property
+    def _legs(self) -> Counter[tuple[int, int, bool]]:
+        """How many runs count, by metres, ticks of the turn, and whether the robot is loaded."""
+        self._take_in()
+        legs: Counter[tuple[int, int, bool]] = Counter()
+        for (_, counts, metres, ticks, loaded), number in self._runs.items():
+            if counts:
+                legs[metres, ticks, loaded] += number
+        return legs
+
+    def metres(self) -> Counter[int]:
+        """Return the metres that robots drove, those before the time from which on is counted, too, by hour."""
+        self._take_in()
+        metres: Counter[int] = Counter()
+        for (hour, _, each, *_), number in self._runs.items():
+            metres[hour] += number * each
+        return metres
 
     def values(self, completed: int) -> dict[str, Number]:
         """Return the metrics by name, for so many orders completed."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from rmfs_commands.details.energy import HOUR
 from rmfs_commands.details.spans import Count, Handlers
-from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.events import (
     Event,
     ItemPicked,
@@ -14,7 +14,6 @@ from rmfs_core.events import (
     OrderAssigned,
     OrderCancelled,
     OrderCompleted,
-    RobotMoved,
     RobotsOnDuty,
     StationClosed,
     StationOpened,
@@ -25,7 +24,6 @@ from rmfs_core.info import RunInfo
 COUNTED = ("orders_in", "orders_out", "picks", "visits", "distance_m")
 CANCELLED = "orders_cancelled"
 """Besides these where any order may be cancelled."""
-_HOUR = 3600 * TICKS_PER_S
 
 
 class Hours:
@@ -42,7 +40,7 @@ class Hours:
     def __init__(self, run: RunInfo) -> None:
         self._rows: list[dict[str, Any]] = []
         self._began, self._since = run.began or 0, run.since
-        self._first = self._began // _HOUR
+        self._first = self._began // HOUR
         self._over = 0  # when the last of them is
         self._backlog = 0
         cancelled = any(order.cancelled_tick is not None for order in run.instance.orders)
@@ -63,7 +61,6 @@ class Hours:
             OrderCompleted: lambda event: self._count(event, "orders_out"),
             ItemPicked: lambda event: self._count(event, "picks"),
             VisitStarted: lambda event: self._count(event, "visits"),
-            RobotMoved: self._moved,
             StationOpened: lambda event: self._open.add(event.tick, 1),
             StationClosed: lambda event: self._open.add(event.tick, -1),
             RobotsOnDuty: lambda event: self._on_duty.add(event.tick, event.number - self._on_duty.number),
@@ -74,21 +71,16 @@ class Hours:
         self._backlog += 1
 
     def _assigned(self, event: OrderAssigned) -> None:
-        self._until(event.tick // _HOUR)
+        self._until(event.tick // HOUR)
         self._backlog -= event.complete
 
     def _cancelled(self, event: OrderCancelled) -> None:
         self._count(event, CANCELLED)
         self._backlog -= 1
 
-    def _moved(self, event: RobotMoved) -> None:
-        if event.tick >= self._over:
-            self._until(event.tick // _HOUR)
-        self._row["distance_m"] += event.distance_m
-
     def _count(self, event: Event, what: str) -> None:
         if event.tick >= self._over:
-            self._until(event.tick // _HOUR)
+            self._until(event.tick // HOUR)
         self._row[what] += event.tick >= self._since
 
     def _until(self, hour: int) -> None:
@@ -99,19 +91,22 @@ class Hours:
             begin = {"hour": begins, "start_s": begins * 3600}
             self._row: dict[str, Any] = {**begin, **dict.fromkeys(self._counted, 0), "backlog": 0}
             self._rows.append(self._row)
-            self._over = (begins + 1) * _HOUR
+            self._over = (begins + 1) * HOUR
 
-    def rows(self, end: int, more: Mapping[str, Count] | None = None) -> list[dict[str, Any]]:
+    def rows(
+        self, end: int, metres: Mapping[int, int], more: Mapping[str, Count] | None = None
+    ) -> list[dict[str, Any]]:
         """Return a row for each hour that the run has seen; ``backlog`` is that at the end of the hour.
 
-        ``stations_open`` and ``robots_on_duty``, where stations or robots come and go, are means over the hour, and so
-        are ``more``.
+        ``metres`` are those that robots drove, by hour. ``stations_open`` and ``robots_on_duty``, where stations or
+        robots come and go, are means over the hour, and so are ``more``.
         """
-        self._until(max(end - 1, 0) // _HOUR)
+        self._until(max([max(end - 1, 0) // HOUR, *metres]))
         self._rows[-1]["backlog"] = self._backlog
         for row in self._rows:
-            begin = max(row["hour"] * _HOUR, self._began)
-            until = max(min((row["hour"] + 1) * _HOUR, end), begin)
+            begin = max(row["hour"] * HOUR, self._began)
+            until = max(min((row["hour"] + 1) * HOUR, end), begin)
+            row["distance_m"] = metres.get(row["hour"], 0)
             for column, number in {**self._there, **(more or {})}.items():
                 row[column] = round(number.mean(begin, until), 3)
         return self._rows

@@ -95,7 +95,7 @@ class Details:
         if self._out is None:
             return
         write_text(self._out / DELAYS, to_csv(("order", "turnover_s", *self._delays.columns), self._delays.rows()))
-        self._packing.hourly(hours := self._hours.rows(tick, self._outages.hourly()), tick)
+        self._packing.hourly(hours := self._hours.rows(tick, self._energy.metres(), self._outages.hourly()), tick)
         for name, rows in (
             (HOURS, hours),
             (STATIONS, self._stations.rows(self._begin, self._end)),

@@ -64,18 +64,14 @@ def _send(
     warehouse: WarehouseView, max_fetches: int, choose: Callable[[Stock, Station, Ids, Wanted], int | None]
 ) -> list[PodTrip]:
     """Select pods as `send` does; ``choose`` is also given what is still uncovered."""
-    if not (max_fetches > 0 or any(_serves_another(warehouse, pod) for pod in warehouse.leaving_pods)):
+    lacking = [(station, wanted) for station in warehouse.stations if (wanted := station.uncovered)]
+    if not (max_fetches > 0 or any(_serves_one(pod, lacking) for pod in warehouse.leaving_pods)):
         return []
     stock = warehouse.stock
     at = stock.at.copy()  # a pod that is sent is busy from then on
     plain = tuple(stock)
-    needy = []  # those with the fewest inbound pods, and of these with the most uncovered items, go first
-    for station in warehouse.stations:
-        if uncovered := station.uncovered_requests:
-            wanted: dict[int, int] = {}
-            for request in uncovered:
-                wanted[request.sku] = wanted.get(request.sku, 0) + request.items
-            needy.append((len(station.inbound_pods), -sum(wanted.values()), station.id, wanted))
+    # Those with the fewest inbound pods, and of these with the most uncovered items, go first
+    needy = [(len(one.inbound_pods), -sum(wanted.values()), one.id, wanted) for one, wanted in lacking]
     heapify(needy)
     trips: list[PodTrip] = []
     while needy and (max_fetches > 0 or at.max(initial=BUSY) >= 0):
@@ -98,13 +94,13 @@ def _send(
     return trips
 
 
-def _serves_another(warehouse: WarehouseView, pod: Pod) -> bool:
+def _serves_one(pod: Pod, lacking: Sequence[tuple[Station, Wanted]]) -> bool:
     """Whether a pod that leaves a station has what another one lacks."""
     return any(
-        request.sku in pod.contents and pod.free_items(request.sku) > 0
-        for station in warehouse.stations
+        sku in pod.contents and pod.free_items(sku) > 0
+        for station, wanted in lacking
         if station.id not in pod.bound_for
-        for request in station.uncovered_requests
+        for sku in wanted
     )
 
 

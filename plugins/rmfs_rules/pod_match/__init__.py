@@ -49,7 +49,7 @@ class PodMatch(PairOptions):
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Assign the best matching pairs of order and station."""
-        taken = Counter[tuple[int, int]]()  # items by pod and SKU that go to orders of this decision
+        taken: Counter[tuple[int, int]] = Counter()  # items by pod and SKU that go to orders of this decision
         extra = np.zeros(len(warehouse.stations))
         if self.spread:
             extra -= [self.spread * station.open_items for station in warehouse.stations]

@@ -63,6 +63,7 @@ class Driving:
         crossing = self._runs[self._width] + self._runs[travel.layout.height] + 2 * self.turns[2]
         self.standstill_ticks = max(to_ticks(run.scenario.run.standstill_s), CROSSINGS * crossing)
         self.allowed = f"longer than run.standstill_s and than {CROSSINGS} crossings of the layout take"
+        self._on_leg = [Going("leg", robot.id) for robot in run.warehouse.robots]
         self.under_way: dict[int, tuple[Robot, int, int, int, int, int]] = {}
         """By robot, what `arrive` is called with at the end of its leg."""
         self.standing: list[list[Robot]] = [[] for _ in run.warehouse.stations]  # that wait until the line moves
@@ -121,7 +122,7 @@ class Driving:
     ) -> simpy.Event:
         """Let a robot be on a leg that began at ``start``; return what happens when it is to `arrive`."""
         self.under_way[robot.id] = robot, to, wait, heading, start, turn_ticks
-        return self.run.after(arrival - self.run.warehouse.now, Going("leg", robot.id))
+        return self.run.after(arrival - self.run.warehouse.now, self._on_leg[robot.id])
 
     def cut_off(self) -> None:
         """Put robots under way in the last cells whose centres they have passed: the run is over."""

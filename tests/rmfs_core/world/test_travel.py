@@ -258,9 +258,9 @@ def test_paths_are_read_off_the_table() -> None:
         descend(8, NORTH, 9, table, *grid(crossed))
 
 
-@pytest.mark.parametrize(("speed", "width"), [(1.5, 4), (0.0001, 8)])
-def test_times_take_eight_bytes_where_four_are_too_few(speed: float, width: int) -> None:
-    motion = Motion(top_speed_m_per_s=speed)
+@pytest.mark.parametrize(("speed", "turn_s", "width"), [(1.5, 2.5, 4), (0.0001, 2.5, 8), (1.5, 4800.0, 8)])
+def test_times_take_eight_bytes_where_four_are_too_few(speed: float, turn_s: float, width: int) -> None:
+    motion = Motion(top_speed_m_per_s=speed, full_turn_s=turn_s)
     runs, turns = column(*map(motion.run_ticks, range(120))), column(*(motion.turn_ticks(0, h) for h in range(4)))
     work: Work = work_on(1, 120, runs, turns)
     assert np.dtype(times_on(120, runs, turns)).itemsize == width

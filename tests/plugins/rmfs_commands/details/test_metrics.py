@@ -13,6 +13,7 @@ from calling import exit_code, refusal
 from cases import cases
 from rmfs_commands.details import costs, departures
 from rmfs_commands.details.catalogue import DETAILS, LATENESS, MEASURES, METRICS
+from rmfs_commands.details.energy import Energy
 from rmfs_commands.details.hours import Hours
 from rmfs_commands.details.loading import load_result
 from rmfs_commands.details.metrics import Metrics
@@ -211,8 +212,8 @@ EVENTS: tuple[Event, ...] = (
 
 
 def test_hours(tiny: RunInfo) -> None:
-    assert len(Hours(tiny).rows(2 * H)) == 2  # a run that ends with an hour
-    rows = fed(Hours(tiny), EVENTS).rows(3 * H + 7)
+    assert len(Hours(tiny).rows(2 * H, {})) == 2  # a run that ends with an hour
+    rows = fed(Hours(tiny), EVENTS).rows(3 * H + 7, fed(Energy(tiny, 0), EVENTS).metres())
     assert [(row["hour"], row["start_s"]) for row in rows] == [(0, 0), (1, 3600), (2, 7200), (3, 10_800)]
     counted = ("orders_in", "orders_out", "picks", "visits", "distance_m", "backlog")
     assert [[row[name] for name in counted] for row in rows] == [
