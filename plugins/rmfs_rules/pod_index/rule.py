@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
+import numpy as np
 from attrs import define, field, validators
 
 from rmfs_core import JointDecision, hookimpl
+from rmfs_core.clock import to_seconds
 from rmfs_rules.helpers import OVERSIZE_WAIT_S
 from rmfs_rules.helpers.oversize import Oversize, with_oversize
 from rmfs_rules.helpers.packing import MOST_WORK, room_to_split
 from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, POSITIVE, SHARE, parameter
 from rmfs_rules.pod_index.alone import assign_alone, assign_whole
-from rmfs_rules.pod_index.deciding import NOTHING, decision, prepare, quiet, ticks_to, waiting, wake_s, weights_of
-from rmfs_rules.pod_index.period import Ints, Weights
+from rmfs_rules.pod_index.deciding import NOTHING, decision, prepare, state, weights_of
+from rmfs_rules.pod_index.period import NEVER, Ints, Weights, next_urgent
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Station, WarehouseView
@@ -146,9 +148,9 @@ class PodIndex:
     _stations: tuple[Station, ...] = field(default=(), init=False, eq=False, repr=False)
     _ticks: Ints = field(init=False, eq=False, repr=False)  # driving times to these, which never change in a run
 
-    @_weights.default
-    def _as_compiled(self) -> Weights:
-        return weights_of(self)
+    def __attrs_post_init__(self) -> None:
+        """Make of valid parameters what compiled code takes."""
+        self._weights = weights_of(self)
 
     @hookimpl
     def assign_orders_and_pods(self, warehouse: WarehouseView) -> JointDecision:
@@ -168,7 +170,10 @@ class PodIndex:
     @hookimpl
     def wake_at(self, warehouse: WarehouseView) -> float | None:
         """Return when the ages of the lines of a pod will add up, if a station could take it then."""
-        return wake_s(warehouse, self._weights) if warehouse.backlog_size else None
+        if not warehouse.backlog_size or not self._weights.urge_ticks:
+            return None
+        tick = next_urgent(*state(warehouse, self._weights))
+        return None if tick == NEVER else to_seconds(tick)
 
     def prepare(self, travel: Travel) -> None:
         """Load the compiled period, or compile it, and search for the ways to the stations."""
@@ -179,12 +184,11 @@ class PodIndex:
     def _decide(self, warehouse: WarehouseView, without: Station | None = None) -> JointDecision:
         """Decide about all orders that need no station of their own."""
         if self._stations is not warehouse.stations:
-            self._stations, self._ticks = warehouse.stations, ticks_to(warehouse.stations, warehouse)
-        now, boxes, weights = warehouse.now_tick, warehouse.free_boxes, waiting(warehouse, self._weights)
-        room, decided = room_to_split(warehouse, self.packing_capacity, self.packing_work_s), NOTHING
-        if quiet(warehouse, weights, without) <= now:
-            decided = decision(warehouse, weights, self._ticks, room, without)
-        if boxes is None or room != 0 or decided.assignments or decided.trips:
+            self._stations, travel = warehouse.stations, warehouse.travel
+            self._ticks = np.array([travel.times_to(at.cell, True).min(axis=1) for at in self._stations])
+        room = room_to_split(warehouse, self.packing_capacity, self.packing_work_s)
+        decided = decision(warehouse, self._weights, self._ticks, room, without)
+        if room != 0 or warehouse.free_boxes is None or decided.assignments or decided.trips:
             return decided
         decided = assign_whole(warehouse, self.most_pods, without)
         if not decided.assignments and (large := Oversize.left(warehouse)) is not None:
