@@ -28,8 +28,8 @@ MOST_STEPS = 20
 CLOSE = 1e-9
 """Relative difference up to which two indices count as equal: sums of the same numbers in another order may differ."""
 
-TAKES, SENDS, FOUND, PACKING_ROOM = range(4)
-"""Indices of ``Period.numbers``: lines taken, pods sent, pods in ``found``; how many more orders may be split."""
+TAKES, SENDS, PACKING_ROOM = range(3)
+"""Indices of ``Period.numbers``: lines taken, pods sent; how many more orders may be split."""
 
 
 class Weights(NamedTuple):
@@ -96,7 +96,6 @@ class Period(NamedTuple):
     ticks: Ints  # driving times to each station, shape (stations, cells)
     takes: Ints  # what was taken: station, order id, SKU; shape (lines, 3)
     sends: Ints  # what was sent: pod, station; shape (pods, 2)
-    found: Ints  # pods that are to be sent, shape (pods,)
     numbers: Ints  # see TAKES
 
 
@@ -171,14 +170,13 @@ def next_urgent(open_lines: Plain, pods: Plain, given: Plain, capacities: Statio
 @njit(cache=True, interpreted=True)
 def find_able(p: Period, station: int) -> bool:
     """Mark the pods that may be sent to a station: movable, and wanted enough where it matters; return whether any."""
-    need, some = NONE, False
+    pods, need, some = p.pods, 0, False
     if waits(p.stations, p.weights):
         need = needed(p.stations, station, p.weights)
-    for pod in p.pods.urgent:
-        enough = need == NONE or p.pods.urge[pod] >= need
+    for pod in pods.urgent:
         # A pod that leaves the station has brought its items
-        p.pods.able[pod] = p.pods.movable[pod] and p.pods.last[pod] != station and enough
-        some = some or p.pods.able[pod]
+        pods.able[pod] = pods.movable[pod] and pods.last[pod] != station and pods.urge[pod] >= need
+        some = some or pods.able[pod]
     return some
 
 
@@ -204,7 +202,7 @@ def share_visits(wanted: Ints, stock: Stock, available: Ints, number: Ints, weig
 
 
 @helper
-def urgency(p: Period, order: int) -> float:
+def priority_factor(p: Period, order: int) -> float:
     """Return how many times more the lines of an order are worth by its priority."""
     steps = min(max(p.lines.priority[order], -MOST_STEPS), MOST_STEPS)
     return p.weights.priority[steps + MOST_STEPS]  # type: ignore[no-any-return]
@@ -213,7 +211,7 @@ def urgency(p: Period, order: int) -> float:
 @helper
 def look_at(p: Period, order: int) -> float:
     """Work out the power of an order; return the seconds of the lines that it has left."""
-    weights, lines, factor, seconds = p.weights, p.lines, urgency(p, order), 0.0
+    weights, lines, factor, seconds = p.weights, p.lines, priority_factor(p, order), 0.0
     for line in range(lines.begin[order], lines.begin[order + 1]):
         if p.quantity[line]:
             seconds += weights.handle_s * p.quantity[line] + p.share[lines.sku[line]]
@@ -252,7 +250,7 @@ def worth_of(p: Period, order: int, seconds: float, share: float, bound: float) 
     the seconds to handle all its items, or more; and its due time makes it worth ``due_factor`` times more at most.
     """
     if p.power[order] == 0.0:
-        weights, factor = p.weights, urgency(p, order)
+        weights, factor = p.weights, priority_factor(p, order)
         if p.lines.due_s[order] < np.inf:
             factor *= weights.due_factor
         least = weights.least[min(int(weights.handle_s * p.lines.items[order] + share), len(weights.least) - 1)]

@@ -71,7 +71,7 @@ def decide(
         now, wanted, lines.listed_items.copy(), lines.quantity.copy(), share, available,
         placed.copy() if placed.shape[1] else np.zeros((len(ticks), n_orders), np.bool_),
         np.zeros(n_orders), lines.open_lines < lines.begin[1:] - lines.begin[:-1], ticks,
-        takes, sends, np.empty(n_pods, np.int64), np.array([0, 0, 0, room]),
+        takes, sends, np.array([0, 0, room]),
     )  # fmt: skip
     going_on = stations["free"] > 0
     while going_on.any():
@@ -110,10 +110,10 @@ def bring_pods(p: Period, station: int, line: int, most: float) -> int:
     for nothing.)
     """
     weights = p.weights
-    best_pods(p, station, 0.0 if line == NONE else weights.stay * most / (weights.handle_s * p.items[line]))
-    if p.numbers[period.FOUND]:
-        pod = p.found[0]
-        for other in p.found[1 : p.numbers[period.FOUND]]:
+    found = best_pods(p, station, 0.0 if line == NONE else weights.stay * most / (weights.handle_s * p.items[line]))
+    if len(found):
+        pod = found[0]
+        for other in found[1:]:
             if nearer(p, other, pod, station):
                 pod = other
         send(p, pod, station)
@@ -124,15 +124,13 @@ def bring_pods(p: Period, station: int, line: int, most: float) -> int:
                 p, station, sku, p.available[sku, station] - p.stock.items[entry], line, most
             )
     elif line == NONE:
-        line = find_scattered(p, station)
-        for pod in p.found[: p.numbers[period.FOUND]]:
-            send(p, pod, station)
+        line = send_scattered(p, station)
     return line
 
 
 @njit(cache=True, interpreted=True)
-def find_scattered(p: Period, station: int) -> int:
-    """Find pods for the oldest line that wants several items, which pods have together: those with the most first.
+def send_scattered(p: Period, station: int) -> int:
+    """Send pods for the oldest line that wants several items, which pods have together: those with the most first.
 
     Returns
     -------
@@ -162,8 +160,7 @@ def find_scattered(p: Period, station: int) -> int:
                 pod, held = stock.pod[stock.by_sku[k]], stock.items[stock.by_sku[k]]
                 if able[pod] and (held > items or (held == items > 0 and nearer(p, pod, most, station))):
                     most, items = pod, held
-            p.found[p.numbers[period.FOUND]] = most
-            p.numbers[period.FOUND] += 1
+            send(p, most, station)
             able[most] = False
             missing -= items
     return oldest
