@@ -50,7 +50,6 @@ class ByPeriods:
         lacks, placed = np.zeros((1, 0), np.int32), np.zeros((1, 0), np.bool_)
         choice = Choice(lines, one[None], one, lacks, np.zeros(1, CAPACITY), np.ones(1), placed, 1.0)
         order_search.begin(none, 1, choice)
-        order_search.take_all(none, choice)
         order_search.fill(one[:0], False, NO_NOISE, choice)
         order_search.complete(one[:0], choice)
         pods = Pods(none, one[:0], none[:0].reshape(1, 0))
@@ -128,22 +127,6 @@ class Period:
         assign_late(self.warehouse, self._max_wait_s, choice.stations["free"], assign)
         return [*late, *order_search.fill(self.rows, oldest, NO_NOISE, choice)]
 
-    def refilled(self, orders: Ints, kept: Chosen, sent: Sent, noise: Ints) -> Chosen:
-        """Return the orders that are kept, and more as long as any fits: those with the fewest missing lines.
-
-        Parameters
-        ----------
-        orders
-            Further orders that may be chosen, rows, ascending.
-        kept
-            Orders that are chosen already.
-        sent
-            As `filled` has it.
-        noise
-            Noise added to what orders lack, in millionths of a line, shape (orders, stations).
-        """
-        return [*kept, *order_search.fill(orders, False, noise, self.choice(sent, kept))]
-
     def completed(self, chosen: Chosen, sent: Sent) -> Chosen:
         """Return orders that are chosen besides, oldest first, of which the pods that come have all that is wanted.
 
@@ -157,7 +140,7 @@ class Period:
             row, rest = int(rest[found]), rest[found + 1 :]
             for station in sorted(able, key=lambda at: (choice.stations["load"][at], at)):
                 if self.warehouse.unlimited_stock or self.serve([*chosen, *further, (row, station)], sent):
-                    order_search.take_all(_pairs([(row, station)]), choice)
+                    order_search.take(row, station, choice)
                     further.append((row, station))
                     break
 
@@ -205,14 +188,11 @@ class Period:
         if by_worth:
             wanted = np.bincount(lines.sku, lines.quantity, self.warehouse.n_skus).astype(np.int64)
             pods = pods._replace(worth=worth(self._stock, np.arange(len(pods.worth)), wanted))
-        trips, enough = pod_search.few(_pairs(chosen), lines, self._stock, pods)
-        assert enough, "all pods together have enough"
-        return [(pod, station) for pod, station in trips.tolist()]
+        return [(pod, station) for pod, station in pod_search.few(_pairs(chosen), lines, self._stock, pods).tolist()]
 
     def serve(self, chosen: Chosen, sent: Sent) -> bool:
         """Whether the pods at, bound for and sent to stations have what chosen orders want, dealt out in this order."""
-        enough: bool = pod_search.serve(_pairs(chosen), _pairs(sent), self.lines, self._stock, self._pods)
-        return enough
+        return bool(pod_search.serve(_pairs(chosen), _pairs(sent), self.lines, self._stock, self._pods))
 
     def cost(self, chosen: Chosen, sent: Sent, weight: float) -> float:
         """Return the objective (1): visits to stations with free slots, and ``weight`` for every slot left free.

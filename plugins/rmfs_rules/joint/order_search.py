@@ -107,13 +107,6 @@ def take(order: int, station: int, c: Choice) -> None:
 
 
 @njit(cache=True, interpreted=True)
-def take_all(pairs: Ints, c: Choice) -> None:
-    """Choose orders (row, station), shape (n, 2)."""
-    for pair in range(len(pairs)):
-        take(pairs[pair, 0], pairs[pair, 1], c)
-
-
-@njit(cache=True, interpreted=True)
 def begin(chosen: Ints, most: int, c: Choice) -> None:
     """Count what orders lack at the stations that take any, once some (row, station) are chosen.
 
@@ -132,7 +125,8 @@ def begin(chosen: Ints, most: int, c: Choice) -> None:
                 if c.supply[sku] < most:
                     for at in range(lines.first[sku], lines.first[sku] + lines.number[sku]):
                         lacks[lines.listed_order[at]] += OUT * (c.supply[sku] < lines.listed_items[at])
-    take_all(chosen, c)
+    for pair in range(len(chosen)):
+        take(chosen[pair, 0], chosen[pair, 1], c)
 
 
 @njit(cache=True, interpreted=True)
