@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.decisions import StoreBundle
-from rmfs_core.warehouse import STORED
+from rmfs_core.warehouse import STORED, UNLIMITED
 from rmfs_rules.helpers.sending import Ids, held, ticks_from
 
 if TYPE_CHECKING:
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 Values = NDArray[np.float64] | NDArray[np.int64]
 
 NO_ROOM = -1
-ENDLESS = 1 << 40  # free space of a pod without a capacity
 
 
 class StoragePods:
@@ -32,30 +31,29 @@ class StoragePods:
         The warehouse now.
     max_fetches
         How many stored pods that are bound nowhere may be chosen.
+
+    Attributes
+    ----------
+    room
+        Free space on each pod; less than 0 for pods that cannot come.
     """
 
     def __init__(self, warehouse: WarehouseView, max_fetches: int) -> None:
         self.warehouse, self._fetches, self._stock = warehouse, max_fetches, warehouse.stock
-        stations = {station.id: station for station in (*warehouse.stations, *warehouse.replenishment_stations)}
-        coming = {pod.id: pod for station in stations.values() for pod in station.inbound_pods}
+        stations = *warehouse.stations, *warehouse.replenishment_stations
+        coming = {pod.id: pod for station in stations for pod in station.inbound_pods}
         self._pods = warehouse.pods
         self._coming = np.zeros(len(self._pods), dtype=bool)
         self._coming[list(coming)] = True
         can_come = (self._stock.at == STORED) & (max_fetches > 0)
-        self._room = np.where(can_come, self._stock.space, NO_ROOM)
-        self._cells = self._stock.cell.copy()
+        self.room, self._cells = np.where(can_come, self._stock.space, NO_ROOM), self._stock.cell.copy()
         for pod in coming.values():
-            self._room[pod.id], self._cells[pod.id] = pod.free_space, pod.cell
+            self.room[pod.id], self._cells[pod.id] = pod.free_space, pod.cell
         self._to_come = [(pod.id, bundle.sku, bundle.items) for pod in coming.values() for bundle in pod.bundles]
-
-    @property
-    def room(self) -> NDArray[np.int64]:
-        """Free space on each pod; less than 0 for pods that cannot come."""
-        return self._room
 
     def able(self, bundle: Bundle) -> Ids:
         """Return the pods that can take a bundle, ascending."""
-        fitting = self._room >= bundle.size
+        fitting = self.room >= bundle.size
         return np.flatnonzero(fitting if self._fetches > 0 else fitting & self._coming)
 
     def items(self, sku: int) -> NDArray[np.int64]:
@@ -90,7 +88,7 @@ class StoragePods:
 
     def take(self, bundle: Bundle, pod: int) -> None:
         """Take account of a choice: the pod's space is less, and it comes."""
-        self._room[pod] -= bundle.size * (self._room[pod] < ENDLESS)
+        self.room[pod] -= bundle.size * (self.room[pod] < UNLIMITED)
         self._fetches -= not self._coming[pod]
         self._coming[pod] = True
         self._to_come.append((pod, bundle.sku, bundle.items))

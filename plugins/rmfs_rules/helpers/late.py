@@ -63,11 +63,10 @@ def assign_late(
     assign
         Assigns the order at a row if it fits anywhere, and says whether it does.
     """
-    lines = warehouse.lines
     kept: set[int] = set()
     for row in late(warehouse, max_wait_s):
         if not assign(row):
-            order = warehouse.order(int(lines.order_id[row]))
+            order = warehouse.order(int(warehouse.lines.order_id[row]))
             at = station_to_keep(warehouse, order, dict(enumerate(free)), kept)
             if at is not None:
                 kept.add(at)
@@ -80,11 +79,10 @@ def station_to_keep(
     warehouse: WarehouseView, order: Order, free: Mapping[int, int], kept: Container[int]
 ) -> int | None:
     """Return the station with most free capacity that could take an order if it took nothing else."""
-    room = {station.id: free.get(station.id, 0) for station in warehouse.stations}
-    lacking = {
-        station.id: warehouse.size_at(order, station) - room[station.id]
-        for station in warehouse.stations
-        if station.open and station.id not in kept
-    }
-    able = [i for i in lacking if lacking[i] <= warehouse.stations[i].capacity - room[i]]
-    return min(able, key=lambda identifier: (lacking[identifier], identifier), default=None)
+    sizes = {station: warehouse.size_at(order, station) for station in warehouse.stations if station.open}
+    able = [
+        (size - free.get(station.id, 0), station.id)
+        for station, size in sizes.items()
+        if station.id not in kept and size <= station.capacity
+    ]
+    return min(able)[1] if able else None

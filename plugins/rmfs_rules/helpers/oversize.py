@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -50,15 +51,15 @@ class Oversize:
             Whether some of them may stay in the backlog besides.
         """
         lines, largest = warehouse.backlog_lines, warehouse.largest_capacity
-        stations = _open(warehouse)
-        if lines.quantity.sum() <= largest or not stations:
+        if lines.quantity.sum() <= largest:
             return None
-        large: NDArray[np.bool_] = items_per_order(warehouse) > largest
+        most: float = largest
         if splits:
-            all_together = sum(station.capacity for station in stations)
-            more = False if over_time else items_per_order(warehouse) > all_together
-            large &= (np.bincount(lines.order[lines.quantity > largest], minlength=len(large)) > 0) | more
-        return cls._oldest(warehouse, large, stations, max_wait_s)
+            all_together = sum(station.capacity for station in warehouse.stations if station.open)
+            most = math.inf if over_time else max(all_together, largest)
+        large = items_per_order(warehouse) > most
+        large[lines.order[lines.quantity > largest]] = True
+        return cls._oldest(warehouse, large, max_wait_s)
 
     @classmethod
     def left(cls, warehouse: WarehouseView) -> Oversize | None:
@@ -66,16 +67,14 @@ class Oversize:
 
         Whoever finds nothing to assign then never will: its lines do not fit the stations together.
         """
-        stations = _open(warehouse)
-        if not stations or any(station.load for station in warehouse.stations):
+        if any(station.load for station in warehouse.stations):
             return None
-        return cls._oldest(warehouse, items_per_order(warehouse) > warehouse.largest_capacity, stations, 0.0)
+        return cls._oldest(warehouse, items_per_order(warehouse) > warehouse.largest_capacity, 0.0)
 
     @classmethod
-    def _oldest(
-        cls, warehouse: WarehouseView, large: NDArray[np.bool_], stations: list[Station], max_wait_s: float
-    ) -> Oversize | None:
-        if not large.any():
+    def _oldest(cls, warehouse: WarehouseView, large: NDArray[np.bool_], max_wait_s: float) -> Oversize | None:
+        stations = [station for station in warehouse.stations if station.open]
+        if not stations or not large.any():
             return None
         order = warehouse.backlog[int(large.argmax())]
         station = min(stations, key=lambda station: (station.load, station.id))
@@ -114,7 +113,3 @@ def with_oversize(
         return decision
     large = large or Oversize.left(warehouse)
     return decision if large is None or large.station.load else alone(large)
-
-
-def _open(warehouse: WarehouseView) -> list[Station]:
-    return [station for station in warehouse.stations if station.open]

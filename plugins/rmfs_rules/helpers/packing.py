@@ -63,15 +63,13 @@ def bound_for(
     bound = [len(station.orders) for station in stations]
     chosen = []
     for order in orders:
-        split = order.split
-
-        def key(at: int, order: Order = order, split: bool = split) -> tuple[float, int, int]:
-            reserved = stations[at].section.boxes - free[at]
-            load = (reserved, bound[at]) if split else (bound[at], reserved)
-            return cost(order, stations[at]), *load
-
-        best = min((at for at in range(len(stations)) if free[at] > 0 or not split), key=key)
-        free[best] -= split
+        able = []
+        for at, station in enumerate(stations):
+            if free[at] > 0 or not order.split:
+                load = station.section.boxes - free[at], bound[at]
+                able.append((cost(order, station), *(load if order.split else load[::-1]), at))
+        best = min(able)[-1]
+        free[best] -= order.split
         bound[best] += 1
         chosen.append(best)
     return chosen

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip, SolveReport
-from rmfs_core.warehouse import columns_of, stock_of
+from rmfs_core.warehouse import CAPACITY, columns_of, stock_of
 from rmfs_rules.helpers.late import assign_late
 from rmfs_rules.helpers.pairs import places_taken
 from rmfs_rules.helpers.parameters import POSITIVE, parameter
@@ -30,8 +30,8 @@ Sent = list[tuple[int, int]]
 Chosen = list[tuple[int, int]]
 """Orders (rows in `Lines`) and their stations."""
 
-NO_NOISE, NO_FLAGS = np.zeros((0, 0), np.int64), np.zeros((0, 0), np.bool_)
-"""Nothing that orders lack by chance; nowhere a slot that they have."""
+NO_NOISE = np.zeros((0, 0), np.int64)
+"""Nothing that orders lack by chance."""
 
 
 def unused_capacity_weight() -> Any:
@@ -47,11 +47,9 @@ class ByPeriods:
     def prepare(self, travel: Travel) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
         lines, stock, none, one = columns_of((), 1), stock_of((), 1), _pairs(()), np.ones(1, np.int64)
-        choice = Choice(
-            lines, none[None, :0, 0], one[:0], np.zeros((1, 0), np.int32), one, one, one, one, one / 1, NO_FLAGS, 1.0
-        )
+        lacks, placed = np.zeros((1, 0), np.int32), np.zeros((1, 0), np.bool_)
+        choice = Choice(lines, one[None], one, lacks, np.zeros(1, CAPACITY), np.ones(1), placed, 1.0)
         order_search.begin(none, 1, choice)
-        order_search.take_all(none, choice)
         order_search.fill(one[:0], False, NO_NOISE, choice)
         order_search.complete(one[:0], choice)
         pods = Pods(none, one[:0], none[:0].reshape(1, 0))
@@ -86,9 +84,6 @@ class Period:
         self._supply = np.zeros(0, np.int64)
         if not warehouse.unlimited_stock:
             self._supply = np.bincount(self._stock.sku, self._stock.items, warehouse.n_skus).astype(np.int64)
-        of_stations = [(s.free_capacity, s.load, s.capacity, s.counts_orders) for s in self._stations]
-        self._of_stations = np.array(of_stations, np.int64).reshape(-1, 4).T.copy()
-        self._endless = np.full(len(of_stations), np.inf)
         self._visits = sum(len(station.inbound_pods) for station in self._stations if station.free_capacity)
         self._ticks: Ints | None = None  # from each pod, by station
         self._placed = places_taken(warehouse)
@@ -99,11 +94,9 @@ class Period:
         for pod, station in sent:
             entries = slice(*stock.of_pod[pod : pod + 2].tolist())
             at[station, stock.sku[entries]] += stock.items[entries]
-        free, load, capacity, counting = self._of_stations.copy()
-        choice = Choice(
-            self.lines, at, self._supply.copy(), np.zeros((len(at), len(self.lines.items)), np.int32),
-            free, load, capacity, counting, self._endless if until is None else until, self._placed, self._largest,
-        )  # fmt: skip
+        lacks, endless = np.zeros((len(at), len(self.lines.items)), np.int32), np.full(len(at), np.inf)
+        stations, until = self.warehouse.capacities.copy(), endless if until is None else until
+        choice = Choice(self.lines, at, self._supply.copy(), lacks, stations, until, self._placed, self._largest)
         order_search.begin(_pairs(chosen), self._most, choice)
         return choice
 
@@ -131,24 +124,8 @@ class Period:
             late.extend(found)
             return bool(found)
 
-        assign_late(self.warehouse, self._max_wait_s, choice.free, assign)
+        assign_late(self.warehouse, self._max_wait_s, choice.stations["free"], assign)
         return [*late, *order_search.fill(self.rows, oldest, NO_NOISE, choice)]
-
-    def refilled(self, orders: Ints, kept: Chosen, sent: Sent, noise: Ints) -> Chosen:
-        """Return the orders that are kept, and more as long as any fits: those with the fewest missing lines.
-
-        Parameters
-        ----------
-        orders
-            Further orders that may be chosen, rows, ascending.
-        kept
-            Orders that are chosen already.
-        sent
-            As `filled` has it.
-        noise
-            Noise added to what orders lack, in millionths of a line, shape (orders, stations).
-        """
-        return [*kept, *order_search.fill(orders, False, noise, self.choice(sent, kept))]
 
     def completed(self, chosen: Chosen, sent: Sent) -> Chosen:
         """Return orders that are chosen besides, oldest first, of which the pods that come have all that is wanted.
@@ -161,9 +138,9 @@ class Period:
             if not able:
                 return further
             row, rest = int(rest[found]), rest[found + 1 :]
-            for station in sorted(able, key=lambda at: (choice.load[at], at)):
+            for station in sorted(able, key=lambda at: (choice.stations["load"][at], at)):
                 if self.warehouse.unlimited_stock or self.serve([*chosen, *further, (row, station)], sent):
-                    order_search.take_all(_pairs([(row, station)]), choice)
+                    order_search.take(row, station, choice)
                     further.append((row, station))
                     break
 
@@ -176,12 +153,12 @@ class Period:
         if len(self.rows) <= number:
             return self.rows
         choice, found, items = self.choice(sent, []), {row for row, _ in chosen}, self.lines.items[self.rows]
-        taking = np.flatnonzero(choice.free > 0).tolist()
+        taking = np.flatnonzero(choice.stations["free"] > 0).tolist()
         for at in taking:
-            lacks = choice.lacks[at, self.rows].astype(np.int64)
-            shared = np.ones_like(items) if choice.counts_orders[at] else items
-            sizes = np.where(shared > self._largest, choice.capacity[at], shared)
-            able = np.flatnonzero((lacks < OUT) & (sizes <= choice.free[at]))
+            there, lacks = choice.stations[at], choice.lacks[at, self.rows].astype(np.int64)
+            shared = np.ones_like(items) if there["counts_orders"] else items
+            sizes = np.where(shared > self._largest, there["capacity"], shared)
+            able = np.flatnonzero((lacks < OUT) & (sizes <= there["free"]))
             first = able[np.argsort(lacks[able] * SCALE // shared[able], kind="stable")[: number // len(taking)]]
             choice.lacks[:, self.rows[first]] += OUT
             found.update(self.rows[first].tolist())
@@ -211,21 +188,18 @@ class Period:
         if by_worth:
             wanted = np.bincount(lines.sku, lines.quantity, self.warehouse.n_skus).astype(np.int64)
             pods = pods._replace(worth=worth(self._stock, np.arange(len(pods.worth)), wanted))
-        trips, enough = pod_search.few(_pairs(chosen), lines, self._stock, pods)
-        assert enough, "all pods together have enough"
-        return [(pod, station) for pod, station in trips.tolist()]
+        return [(pod, station) for pod, station in pod_search.few(_pairs(chosen), lines, self._stock, pods).tolist()]
 
     def serve(self, chosen: Chosen, sent: Sent) -> bool:
         """Whether the pods at, bound for and sent to stations have what chosen orders want, dealt out in this order."""
-        enough: bool = pod_search.serve(_pairs(chosen), _pairs(sent), self.lines, self._stock, self._pods)
-        return enough
+        return bool(pod_search.serve(_pairs(chosen), _pairs(sent), self.lines, self._stock, self._pods))
 
     def cost(self, chosen: Chosen, sent: Sent, weight: float) -> float:
         """Return the objective (1): visits to stations with free slots, and ``weight`` for every slot left free.
 
         At a station that counts orders, a free slot counts times the items of the largest order.
         """
-        free: list[int] = self._of_stations[0].tolist()
+        free: list[int] = self.warehouse.capacities["free"].tolist()
         for row, station in chosen:
             order = self.warehouse.order(int(self.lines.order_id[row]))
             free[station] -= self.warehouse.size_at(order, self._stations[station])

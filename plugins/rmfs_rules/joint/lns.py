@@ -13,14 +13,15 @@ from rmfs_rules.helpers.late import late
 from rmfs_rules.helpers.parameters import NOT_NEGATIVE, SHARE_ABOVE_0, parameter
 from rmfs_rules.joint.alternating import MOST_ROUNDS, improving
 from rmfs_rules.joint.choosing import ByPeriods, Chosen, Period, Sent, unused_capacity_weight
+from rmfs_rules.joint.order_search import SCALE, fill
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import WarehouseView
 
 MOST_ORDERS = 500
 """Orders of the backlog that a search looks at, besides chosen ones."""
-HALF_A_LINE = 500_000
-"""Random part of the lines that an order lacks, in millionths of a line."""
+HALF_A_LINE = SCALE // 2
+"""Random part of the lines that an order lacks is below that."""
 
 
 @define(kw_only=True)
@@ -75,7 +76,7 @@ class LargeNeighborhoodSearch(ByPeriods):
             taken_back = self._taken_back(period, chosen, sent, rng) - stay
             kept = [pair for pair in chosen if pair[0] not in taken_back]
             noise = rng.integers(0, HALF_A_LINE, (len(shown), len(warehouse.stations)))
-            other = period.refilled(shown, kept, period.pods_for(kept), noise)
+            other = [*kept, *fill(shown, False, noise, period.choice(period.pods_for(kept), kept))]
             pods = period.pods_for(other)
             value = period.cost(other, pods, weight), sorted(row for row, _ in other)  # of equals, the oldest
             if value < best:

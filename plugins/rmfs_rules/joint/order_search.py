@@ -22,7 +22,7 @@ SCALE = 1_000_000
 
 
 class Choice(NamedTuple):
-    """Orders, stations and pods while orders are chosen one after another: all but the last five change in place.
+    """Orders, stations and pods while orders are chosen one after another; ``at`` to ``stations`` change in place.
 
     Parameters
     ----------
@@ -36,10 +36,8 @@ class Choice(NamedTuple):
     lacks
         Lines of an order that a pod would have to be sent for, by station and row; `OUT` or more of orders that are
         chosen, or that stock is too low for. Whatever at a station that takes none. int32, shape (stations, rows).
-    free, load
-        Free capacity and load of the stations, int64, shape (stations,).
-    capacity, counts_orders
-        Capacity of the stations, and whether it is orders (1), not items (0); int64, shape (stations,).
+    stations
+        The stations by id, as `WarehouseView.capacities` has them.
     until
         Load from which on a station takes no more, float64, shape (stations,).
     placed
@@ -52,10 +50,7 @@ class Choice(NamedTuple):
     at: Ints
     supply: Ints
     lacks: NDArray[np.int32]
-    free: Ints
-    load: Ints
-    capacity: Ints
-    counts_orders: Ints
+    stations: NDArray[np.void]
     until: Floats
     placed: Flags
     largest: float
@@ -70,29 +65,30 @@ def is_lacking(items: int, quantity: int) -> bool:
 @helper
 def takes_any(station: int, c: Choice) -> bool:
     """Whether an order may fit a station."""
-    return bool(c.free[station] >= int(not c.placed.shape[1]) and c.load[station] < c.until[station])
+    there = c.stations[station]
+    return bool(there["free"] >= int(not c.placed.shape[1]) and there["load"] < c.until[station])
 
 
 @helper
 def size_at(order: int, station: int, c: Choice) -> int:
     """Capacity that an order takes up at a station."""
-    if c.counts_orders[station]:
+    if c.stations[station]["counts_orders"]:
         return int(not (c.placed.shape[1] and c.placed[station, order]))
-    return int(c.capacity[station] if c.lines.items[order] > c.largest else c.lines.items[order])
+    return int(c.stations[station]["capacity"] if c.lines.items[order] > c.largest else c.lines.items[order])
 
 
 @helper
 def fits(order: int, station: int, c: Choice) -> bool:
     """Whether an order may be chosen for a station."""
-    return bool(size_at(order, station, c) <= c.free[station] and c.lacks[station, order] < OUT)
+    return bool(size_at(order, station, c) <= c.stations[station]["free"] and c.lacks[station, order] < OUT)
 
 
 @njit(cache=True, interpreted=True)
 def take(order: int, station: int, c: Choice) -> None:
     """Choose an order for a station: no other has the same capacity and items."""
     lines, size = c.lines, size_at(order, station, c)
-    c.free[station] -= size
-    c.load[station] += size
+    c.stations[station]["free"] -= size
+    c.stations[station]["load"] += size
     c.lacks[:, order] += OUT
     for line in range(lines.begin[order], lines.begin[order + 1]):
         sku, quantity = lines.sku[line], lines.quantity[line]
@@ -108,13 +104,6 @@ def take(order: int, station: int, c: Choice) -> None:
             for at in listed:
                 if left < lines.listed_items[at] <= had:
                     c.lacks[:, lines.listed_order[at]] += OUT
-
-
-@njit(cache=True, interpreted=True)
-def take_all(pairs: Ints, c: Choice) -> None:
-    """Choose orders (row, station), shape (n, 2)."""
-    for pair in range(len(pairs)):
-        take(pairs[pair, 0], pairs[pair, 1], c)
 
 
 @njit(cache=True, interpreted=True)
@@ -136,7 +125,8 @@ def begin(chosen: Ints, most: int, c: Choice) -> None:
                 if c.supply[sku] < most:
                     for at in range(lines.first[sku], lines.first[sku] + lines.number[sku]):
                         lacks[lines.listed_order[at]] += OUT * (c.supply[sku] < lines.listed_items[at])
-    take_all(chosen, c)
+    for pair in range(len(chosen)):
+        take(chosen[pair, 0], chosen[pair, 1], c)
 
 
 @njit(cache=True, interpreted=True)
@@ -158,6 +148,7 @@ def best(orders: Ints, by_lines: bool, noise: Ints, c: Choice) -> tuple[np.int64
     """
     found, at, least, end = np.int64(-1), -1, np.int64(1 << 40), len(orders)
     for station in range(len(c.at)):
+        there = c.stations[station]
         if not takes_any(station, c):
             continue
         for which in range(end):
@@ -165,8 +156,8 @@ def best(orders: Ints, by_lines: bool, noise: Ints, c: Choice) -> tuple[np.int64
             lacks, by_chance = np.int64(c.lacks[station, order]) * SCALE, np.int64(0)
             if len(noise):
                 by_chance = noise[which, station]
-            goes_first = order < found or (order == found and c.load[station] < c.load[at])
-            shared = 1 if by_lines or c.counts_orders[station] else int(c.lines.items[order])
+            goes_first = order < found or (order == found and there["load"] < c.stations[at]["load"])
+            shared = 1 if by_lines or there["counts_orders"] else int(c.lines.items[order])
             if lacks < (least + goes_first - by_chance) * shared and fits(order, station, c):
                 found, at, least = order, station, lacks // shared + by_chance
                 if least == 0:  # no later order goes first

@@ -106,8 +106,8 @@ def next_trip(skus: Ints, need: Ints, held: Ints, busy: NDArray[np.bool_], stock
 
 
 @njit(cache=True, interpreted=True)
-def few(chosen: Ints, lines: Lines, stock: Stock, pods: Pods) -> tuple[Ints, bool]:
-    """Trips (pod, station) that bring chosen orders what inbound pods do not, shape (n, 2); whether they bring all."""
+def few(chosen: Ints, lines: Lines, stock: Stock, pods: Pods) -> Ints:
+    """Trips (pod, station) that bring chosen orders what inbound pods do not, shape (n, 2)."""
     skus, need, held = needed(chosen, len(pods.ticks), lines, stock)
     left, first = need.copy(), len(pods.inbound)
     trips = np.empty((first + need.sum(), 2), np.int64)
@@ -118,8 +118,7 @@ def few(chosen: Ints, lines: Lines, stock: Stock, pods: Pods) -> tuple[Ints, boo
             busy[pod] = True
         else:
             pod, station = next_trip(skus, left, held, busy, stock, pods)
-            if pod < 0:
-                return trips[:0], False
+            assert pod >= 0, "all pods together have enough"
         trips[number, 0], trips[number, 1] = pod, station
         given[number] = deal(held[pod], left[station])
         number += 1
@@ -132,4 +131,4 @@ def few(chosen: Ints, lines: Lines, stock: Stock, pods: Pods) -> tuple[Ints, boo
             number -= 1
         else:
             trip += 1
-    return trips[first:number], True
+    return trips[first:number]

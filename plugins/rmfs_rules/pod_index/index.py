@@ -6,15 +6,15 @@ import numpy as np
 
 from rmfs_core.jit import njit
 from rmfs_core.warehouse import Stock
-from rmfs_rules.pod_index.period import CLOSE, FOUND, NONE, Bids, Bools, Floats, Ints, Period, fits, worth_of
+from rmfs_rules.pod_index.period import CLOSE, NONE, Bids, Bools, Floats, Ints, Period, fits, worth_of
 
 TINY = 1e-12
 """Largest rounding error of sums of gains that are zero."""
 
 
 @njit(cache=True, interpreted=True)
-def best_pods(p: Period, station: int, bound: float) -> None:
-    """Fill in ``found`` with the able pods of the largest index for a station, if that is above ``bound``: all equals.
+def best_pods(p: Period, station: int, bound: float) -> Ints:
+    """Return the able pods of the largest index for a station, if that is above ``bound``: all equals.
 
     For a station that no pod is at or bound for also those whose index is less by up to the share ``near``.
 
@@ -25,7 +25,6 @@ def best_pods(p: Period, station: int, bound: float) -> None:
     contents) a step.
     """
     weights, pods = p.weights, p.pods
-    p.numbers[FOUND] = 0
     find_bids(p, station, bound * weights.handle_s * (1 - 2 * CLOSE))
     index, better = bound, NONE
     while True:
@@ -38,14 +37,12 @@ def best_pods(p: Period, station: int, bound: float) -> None:
             break
         better = best
         index = ratio(p, station, best, index * weights.handle_s)
-    if better != NONE:
-        less = CLOSE if p.stations[station]["inbound"] else max(CLOSE, weights.near)
-        index = max(index * (1 - less), bound * (1 - 2 * CLOSE))  # below that, lines were left out
-        find_gains(p, station, index * weights.handle_s)
-        for pod in pods.urgent:
-            if pods.gain[pod] > 0 and pods.gain[pod] > index * weights.visit_s:
-                p.found[p.numbers[FOUND]] = pod
-                p.numbers[FOUND] += 1
+    if better == NONE:
+        return pods.urgent[:0]
+    less = CLOSE if p.stations[station]["inbound"] else max(CLOSE, weights.near)
+    index = max(index * (1 - less), bound * (1 - 2 * CLOSE))  # below that, lines were left out
+    find_gains(p, station, index * weights.handle_s)
+    return pods.urgent[pods.gain[pods.urgent] > index * weights.visit_s]
 
 
 @njit(cache=True, interpreted=True)

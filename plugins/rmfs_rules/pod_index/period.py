@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.jit import helper, njit
-from rmfs_core.warehouse import BUSY, Lines, Stock
+from rmfs_core.warehouse import Lines, Stock
 
 if TYPE_CHECKING:
     from rmfs_rules.helpers.searching import Plain
@@ -28,13 +28,8 @@ MOST_STEPS = 20
 CLOSE = 1e-9
 """Relative difference up to which two indices count as equal: sums of the same numbers in another order may differ."""
 
-TAKES, SENDS, FOUND, AT_WORK, PACKING_ROOM = range(5)
-"""Indices of ``Period.numbers``: lines taken, pods sent, pods in ``found``; whether a station is at work; how many more
-split orders the packing stations can hold."""
-
-POWER, WORTH, SECONDS = range(3)
-"""Columns of ``Period.orders``: what the seconds of a line are divided by for its worth, 0 until worked out; how many
-times more its lines are worth by priority and due time, at most; seconds to handle its open items at the beginning."""
+TAKES, SENDS, PACKING_ROOM = range(3)
+"""Indices of ``Period.numbers``: lines taken, pods sent; how many more orders may be split."""
 
 
 class Weights(NamedTuple):
@@ -54,7 +49,6 @@ class Weights(NamedTuple):
     most_pods: int
     urge_ticks: int
     base_ticks: int
-    packing: bool  # whether there is a limit of split orders
     priority: Floats  # priority_factor to the power of -20 to 20
     least: Floats  # 0, 1, 2 ... seconds to the power of ``finish``
 
@@ -96,27 +90,18 @@ class Period(NamedTuple):
     quantity: Ints  # the same by line, as in ``Lines.quantity``
     share: Floats  # seconds of a visit that a line of a SKU bears; shape (n_skus,)
     available: Ints  # free items at stations, shape (n_skus, stations)
-    placed: Bools  # orders with a slot at a station that counts orders; (stations, orders + 1), or (stations, 0)
-    orders: Floats  # see POWER, shape (orders, 3)
-    split: Bools  # whether an order is split; shape (orders,), (0,) without a packing capacity
-    parts: Ints  # at how many stations this period takes lines of an order; as ``split``
+    placed: Bools  # orders with a slot at a station that counts orders, shape (stations, orders)
+    power: Floats  # what the seconds of a line are divided by for its worth, 0 until worked out; shape (orders,)
+    split: Bools  # whether an order is split, shape (orders,)
     ticks: Ints  # driving times to each station, shape (stations, cells)
     takes: Ints  # what was taken: station, order id, SKU; shape (lines, 3)
     sends: Ints  # what was sent: pod, station; shape (pods, 2)
-    found: Ints  # pods that are to be sent, shape (pods,)
     numbers: Ints  # see TAKES
 
 
 @njit(cache=True, interpreted=True)
-def count_lines(lines: Lines, stock: Stock) -> tuple[Ints, Ints, Ints]:
-    """Count the open lines that pods have items for.
-
-    Returns
-    -------
-    The SKUs with open lines; by pod, how many of them it has items for, and the ticks at which their orders arrived,
-    added up.
-    """
-    wanted = np.flatnonzero(lines.number)
+def count_lines(wanted: Ints, lines: Lines, stock: Stock) -> tuple[Ints, Ints]:
+    """Return, by pod, how many open lines it has items for, and the ticks at which their orders arrived, added up."""
     number, arrivals = np.zeros_like(stock.at), np.zeros_like(stock.at)
     for sku in wanted:
         first, of_sku, since = lines.first[sku], lines.number[sku], 0
@@ -127,7 +112,7 @@ def count_lines(lines: Lines, stock: Stock) -> tuple[Ints, Ints, Ints]:
             if stock.items[entry] > 0:
                 number[stock.pod[entry]] += of_sku
                 arrivals[stock.pod[entry]] += since
-    return wanted, number, arrivals
+    return number, arrivals
 
 
 @njit(cache=True, interpreted=True)
@@ -138,12 +123,9 @@ def needed(stations: Stations, at: int, weights: Weights) -> int:
 
 
 @njit(cache=True, interpreted=True)
-def stations_of(capacities: NDArray[np.void], without: int) -> Stations:
-    """Return the stations as they are when a period begins; ``without``, if not `NONE`, takes nothing now."""
-    stations = capacities.copy()
-    if without != NONE:
-        stations[without]["free"] = 0
-    return stations
+def waits(stations: Stations, weights: Weights) -> bool:
+    """Return whether pods wait until they are wanted enough: while stations are at work."""
+    return bool(weights.urge_ticks > 0 and stations["load"].any())
 
 
 @njit(cache=True, interpreted=True)
@@ -154,17 +136,6 @@ def least_needed(stations: Stations, weights: Weights) -> int:
         if stations[i]["free"] and stations[i]["inbound"] < weights.most_pods:
             least = min(least, needed(stations, i, weights))
     return least
-
-
-@helper
-def soonest(number: Ints, arrivals: Ints, need: int, base_ticks: int, now: int) -> int:
-    """Return when the ages of the lines of a pod of which they do not now add up to enough, `NEVER` for never."""
-    tick = NEVER
-    for pod in range(len(number)):
-        missing = need - number[pod] * (now + base_ticks) + arrivals[pod]
-        if number[pod] and missing > 0:
-            tick = min(tick, now - (-missing // number[pod]))
-    return tick
 
 
 @helper
@@ -179,43 +150,33 @@ def covers(lines: Lines, stock: Stock, stations: Stations) -> bool:
 
 
 @njit(cache=True, interpreted=True)
-def quiet_until(
-    open_lines: Plain, pods: Plain, given: Plain, capacities: NDArray[np.void], without: int, now: int, urgent: bool
-) -> int:
-    """Return the tick until which there is nothing to decide while nothing but the time changes; now: there may be.
+def next_urgent(open_lines: Plain, pods: Plain, given: Plain, capacities: Stations, now: int) -> int:
+    """Return the tick at which the next pod is wanted enough while nothing but the time changes, `NEVER` for never.
 
-    Parameters
-    ----------
-    open_lines, pods, given, capacities, without, now
-        As in `turns.decide`.
-    urgent
-        Whether the next tick is wanted at which another pod is wanted enough, whatever can be decided now.
+    The arguments are as in `turns.decide`.
     """
     lines, stock, weights = Lines(*open_lines), Stock(*pods), Weights(*given)
-    stations = stations_of(capacities, without)
-    if not urgent and covers(lines, stock, stations):
-        return now
-    need, waits = least_needed(stations, weights), weights.urge_ticks > 0 and stations["load"].any()
-    if need == NEVER or (urgent and not waits):
+    need, tick = least_needed(capacities, weights), NEVER
+    if need == NEVER or not waits(capacities, weights):
         return NEVER
-    _, number, arrivals = count_lines(lines, stock)
-    for pod in range(0 if urgent else len(number)):
-        urge = number[pod] * (now + weights.base_ticks) - arrivals[pod]
-        if stock.at[pod] != BUSY and number[pod] and (urge >= need or not waits):
-            return now
-    return soonest(number, arrivals, need, weights.base_ticks, now) if waits else NEVER
+    number, arrivals = count_lines(np.flatnonzero(lines.number), lines, stock)
+    for pod in range(len(number)):
+        missing = need - number[pod] * (now + weights.base_ticks) + arrivals[pod]
+        if number[pod] and missing > 0:
+            tick = min(tick, now - (-missing // number[pod]))
+    return tick
 
 
 @njit(cache=True, interpreted=True)
 def find_able(p: Period, station: int) -> bool:
     """Mark the pods that may be sent to a station: movable, and wanted enough where it matters; return whether any."""
-    waits, some = p.numbers[AT_WORK] and p.weights.urge_ticks, False
-    need = needed(p.stations, station, p.weights) if waits else 0
-    for pod in p.pods.urgent:
-        enough = not waits or p.pods.urge[pod] >= need
+    pods, need, some = p.pods, 0, False
+    if waits(p.stations, p.weights):
+        need = needed(p.stations, station, p.weights)
+    for pod in pods.urgent:
         # A pod that leaves the station has brought its items
-        p.pods.able[pod] = p.pods.movable[pod] and p.pods.last[pod] != station and enough
-        some = some or p.pods.able[pod]
+        pods.able[pod] = pods.movable[pod] and pods.last[pod] != station and pods.urge[pod] >= need
+        some = some or pods.able[pod]
     return some
 
 
@@ -240,30 +201,24 @@ def share_visits(wanted: Ints, stock: Stock, available: Ints, number: Ints, weig
     return share
 
 
-@njit(cache=True, interpreted=True)
-def bound_orders(lines: Lines, weights: Weights) -> Floats:
-    """Return `Period.orders` before any power is worked out."""
-    orders = np.zeros((len(lines.items), 3))
-    for order in range(len(orders)):
-        steps = min(max(lines.priority[order], -MOST_STEPS), MOST_STEPS)
-        worth = weights.priority[steps + MOST_STEPS]
-        orders[order, WORTH] = worth * weights.due_factor if lines.due_s[order] < np.inf else worth
-        orders[order, SECONDS] = weights.handle_s * lines.items[order]
-    return orders
+@helper
+def priority_factor(p: Period, order: int) -> float:
+    """Return how many times more the lines of an order are worth by its priority."""
+    steps = min(max(p.lines.priority[order], -MOST_STEPS), MOST_STEPS)
+    return p.weights.priority[steps + MOST_STEPS]  # type: ignore[no-any-return]
 
 
 @helper
 def look_at(p: Period, order: int) -> float:
     """Work out the power of an order; return the seconds of the lines that it has left."""
-    weights, lines, seconds = p.weights, p.lines, 0.0
-    factor = weights.priority[min(max(lines.priority[order], -MOST_STEPS), MOST_STEPS) + MOST_STEPS]
+    weights, lines, factor, seconds = p.weights, p.lines, priority_factor(p, order), 0.0
     for line in range(lines.begin[order], lines.begin[order + 1]):
         if p.quantity[line]:
             seconds += weights.handle_s * p.quantity[line] + p.share[lines.sku[line]]
     if lines.due_s[order] < np.inf:
         slack_s = max(lines.due_s[order] - p.now / TICKS_PER_S, 0.0)
         factor = (1.0 + (weights.due_factor - 1.0) * exp(-slack_s / weights.due_s)) * factor
-    p.orders[order, POWER] = seconds**weights.finish / factor
+    p.power[order] = seconds**weights.finish / factor
     return seconds
 
 
@@ -279,7 +234,7 @@ def line_of(lines: Lines, at: int) -> int:
 @helper
 def fits(p: Period, order: int, quantity: int, station: int) -> bool:
     """Return whether a line that is not taken fits the free slots of a station."""
-    if p.weights.packing and not (p.split[order] or p.lines.open_lines[order] == 1 or p.numbers[PACKING_ROOM] > 0):
+    if not (p.numbers[PACKING_ROOM] > 0 or p.split[order] or p.lines.open_lines[order] == 1):
         return False
     there = p.stations[station]
     if there["counts_orders"]:
@@ -292,15 +247,17 @@ def worth_of(p: Period, order: int, seconds: float, share: float, bound: float) 
     """Return the worth of a line of so many seconds; -1 where it is certainly less than ``bound``.
 
     Then no power is worked out, which takes longer than all else: its order has this line's share of a visit left, and
-    the seconds to handle all its items, or more.
+    the seconds to handle all its items, or more; and its due time makes it worth ``due_factor`` times more at most.
     """
-    o = p.orders[order]
-    if o[POWER] == 0.0:
-        least = p.weights.least
-        if seconds * ((1 + CLOSE) * o[WORTH]) < bound * least[min(int(o[SECONDS] + share), len(least) - 1)]:
+    if p.power[order] == 0.0:
+        weights, factor = p.weights, priority_factor(p, order)
+        if p.lines.due_s[order] < np.inf:
+            factor *= weights.due_factor
+        least = weights.least[min(int(weights.handle_s * p.lines.items[order] + share), len(weights.least) - 1)]
+        if seconds * ((1 + CLOSE) * factor) < bound * least:
             return -1.0
         look_at(p, order)
-    return seconds / o[POWER]  # type: ignore[no-any-return]
+    return seconds / p.power[order]  # type: ignore[no-any-return]
 
 
 @helper

@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
 from attrs import define, field, validators
 
-from rmfs_core import JointDecision, hookimpl
+from rmfs_core import JointDecision, OrderAssignment, PodTrip, hookimpl
+from rmfs_core.clock import to_seconds, to_ticks
+from rmfs_core.warehouse import CAPACITY, UNLIMITED, columns_of, shown, stock_of
 from rmfs_rules.helpers import OVERSIZE_WAIT_S
 from rmfs_rules.helpers.oversize import Oversize, with_oversize
 from rmfs_rules.helpers.packing import MOST_WORK, room_to_split
+from rmfs_rules.helpers.pairs import places_taken
 from rmfs_rules.helpers.parameters import AT_LEAST_1, NOT_NEGATIVE, POSITIVE, SHARE, parameter
+from rmfs_rules.helpers.sending import load
 from rmfs_rules.pod_index.alone import assign_alone, assign_whole
-from rmfs_rules.pod_index.deciding import NOTHING, decision, prepare, quiet, ticks_to, waiting, wake_s, weights_of
-from rmfs_rules.pod_index.period import Ints, Weights
+from rmfs_rules.pod_index.period import MOST_STEPS, NEVER, NONE, Ints, Weights, next_urgent
+from rmfs_rules.pod_index.turns import decide
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Station, WarehouseView
     from rmfs_core.world.travel import Travel
+
+MOST_SECONDS = 4096
+"""Of how many seconds the power is kept in a table."""
+NOTHING, NOWHERE = JointDecision(), np.zeros((0, 0), np.bool_)
 
 
 @define(kw_only=True)
@@ -146,9 +155,26 @@ class PodIndex:
     _stations: tuple[Station, ...] = field(default=(), init=False, eq=False, repr=False)
     _ticks: Ints = field(init=False, eq=False, repr=False)  # driving times to these, which never change in a run
 
-    @_weights.default
-    def _as_compiled(self) -> Weights:
-        return weights_of(self)
+    def __attrs_post_init__(self) -> None:
+        """Make of valid parameters what compiled code takes."""
+        self._weights = Weights(
+            **{name: float(getattr(self, name)) for name in Weights._fields[:11]},
+            most_pods=self.most_pods,
+            urge_ticks=to_ticks(self.urge_s),
+            base_ticks=to_ticks(self.base_s),
+            priority=np.array([float(self.priority_factor) ** steps for steps in range(-MOST_STEPS, MOST_STEPS + 1)]),
+            least=np.power(np.arange(MOST_SECONDS, dtype=np.float64), self.finish),
+        )
+
+    def prepare(self, travel: Travel) -> None:
+        """Load the compiled period, or compile it, and search for the ways to the stations."""
+        load()
+        lines, stock, stations = columns_of((), 1), stock_of((), 1), shown(np.zeros(1, CAPACITY))
+        state = tuple(lines), tuple(stock), tuple(self._weights), stations, 0
+        decide(*state, NONE, NOWHERE, np.zeros((1, 1), np.int64), 0)
+        next_urgent(*state)
+        for station in travel.layout.stations:
+            travel.times_to(station.station, True)
 
     @hookimpl
     def assign_orders_and_pods(self, warehouse: WarehouseView) -> JointDecision:
@@ -168,25 +194,44 @@ class PodIndex:
     @hookimpl
     def wake_at(self, warehouse: WarehouseView) -> float | None:
         """Return when the ages of the lines of a pod will add up, if a station could take it then."""
-        return wake_s(warehouse, self._weights) if warehouse.backlog_size else None
-
-    def prepare(self, travel: Travel) -> None:
-        """Load the compiled period, or compile it, and search for the ways to the stations."""
-        prepare(self._weights)
-        for station in travel.layout.stations:
-            travel.times_to(station.station, True)
+        if not warehouse.backlog_size or not self._weights.urge_ticks:
+            return None
+        tick = next_urgent(*self._state(warehouse))
+        return None if tick == NEVER else to_seconds(tick)
 
     def _decide(self, warehouse: WarehouseView, without: Station | None = None) -> JointDecision:
-        """Decide about all orders that need no station of their own."""
+        """Decide about all orders that need no station of their own; ``without`` takes nothing now."""
         if self._stations is not warehouse.stations:
-            self._stations, self._ticks = warehouse.stations, ticks_to(warehouse.stations, warehouse)
-        now, boxes, weights = warehouse.now_tick, warehouse.free_boxes, waiting(warehouse, self._weights)
-        room, decided = room_to_split(warehouse, self.packing_capacity, self.packing_work_s), NOTHING
-        if quiet(warehouse, weights, without) <= now:
-            decided = decision(warehouse, weights, self._ticks, room, without)
-        if boxes is None or room != 0 or decided.assignments or decided.trips:
-            return decided
+            self._stations, travel = warehouse.stations, warehouse.travel
+            self._ticks = np.array([travel.times_to(at.cell, True).min(axis=1) for at in self._stations])
+        room = room_to_split(warehouse, self.packing_capacity, self.packing_work_s)
+        takes, sends = decide(
+            *self._state(warehouse),
+            NONE if without is None else without.id,
+            places_taken(warehouse) if warehouse.capacities["counts_orders"].any() else NOWHERE,
+            self._ticks,
+            UNLIMITED if room is None else room,
+        )
+        if len(takes) or len(sends):
+            parts: dict[tuple[int, int], list[int]] = {}
+            for at, order, sku in takes.tolist():
+                parts.setdefault((order, at), []).append(sku)
+            assigned = [OrderAssignment(order, at, tuple(skus)) for (order, at), skus in parts.items()]
+            return JointDecision(assigned, [PodTrip(pod, at) for pod, at in sends.tolist()])
+        if room != 0 or warehouse.free_boxes is None:
+            return NOTHING
         decided = assign_whole(warehouse, self.most_pods, without)
         if not decided.assignments and (large := Oversize.left(warehouse)) is not None:
             decided = assign_alone(warehouse, large.order, large.station)
         return decided
+
+    def _state(self, warehouse: WarehouseView) -> tuple[Any, ...]:
+        """Return the arguments that `decide` and `next_urgent` begin with.
+
+        Pods do not wait unless orders have come after the first ones: more may come.
+        """
+        lines, weights, first_s = warehouse.lines, self._weights, warehouse.order(0).arrival_s
+        # No need to look through all orders where one in the backlog came later
+        if weights.urge_ticks and lines.arrival_s[-1] == first_s and warehouse.orders[-1].arrival_s == first_s:
+            weights = weights._replace(urge_ticks=0)
+        return tuple(lines), tuple(warehouse.stock), tuple(weights), warehouse.capacities, warehouse.now_tick

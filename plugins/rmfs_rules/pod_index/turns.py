@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.jit import njit
 from rmfs_core.warehouse import BUSY, UNLIMITED, Lines, Stock
 from rmfs_rules.pod_index import period
 from rmfs_rules.pod_index.index import best_pods, find_within
-from rmfs_rules.pod_index.period import NONE, Bids, Bools, Ints, Period, Pods, Weights, fits
+from rmfs_rules.pod_index.period import NEVER, NONE, Bids, Bools, Ints, Period, Pods, Stations, Weights, fits
 
 if TYPE_CHECKING:
     from rmfs_rules.helpers.searching import Plain
@@ -20,8 +19,8 @@ if TYPE_CHECKING:
 
 @njit(cache=True, interpreted=True)
 def decide(
-    open_lines: Plain, pods: Plain, given: Plain, capacities: NDArray[np.void], without: int,
-    placed: Bools, ticks: Ints, now: int, packing: int,
+    open_lines: Plain, pods: Plain, given: Plain, capacities: Stations, now: int, without: int,
+    placed: Bools, ticks: Ints, room: int,
 ) -> tuple[Ints, Ints]:  # fmt: skip
     """Let stations take their turns, fewest pods first, until all are through.
 
@@ -29,44 +28,52 @@ def decide(
     ----------
     open_lines, pods, given
         Arrays of `Lines`, `Stock` and the parameters of the rule.
-    capacities, without
-        Stations, as the kernel has them; id of one that takes nothing now, or `NONE`.
+    capacities, now
+        Stations, as the kernel has them; the tick.
+    without
+        Id of a station that takes nothing now, or `NONE`.
     placed
-        As `Period` has it; it is changed.
+        Orders with a slot at a station that counts orders, shape (stations, orders), or (stations, 0): none.
     ticks
         Driving times to each station from each cell, shape (stations, cells).
-    now, packing
-        The tick; how many more split orders the packing stations can hold.
+    room
+        How many more orders may be split.
 
     Returns
     -------
     `Period.takes` and `Period.sends`.
     """
     lines, stock, weights = Lines(*open_lines), Stock(*pods), Weights(*given)
-    stations = period.stations_of(capacities, without)
-    going_on = stations["free"] > 0
-    n_skus, n_pods, n_lines = len(lines.number), len(stock.at), lines.number.sum()
-    need, (wanted, number, arrivals) = period.least_needed(stations, weights), period.count_lines(lines, stock)
+    stations = capacities.copy()
+    if without != NONE:
+        stations[without]["free"] = 0
+    n_skus, n_pods, n_lines, n_orders = len(lines.number), len(stock.at), lines.number.sum(), len(lines.items)
+    takes, sends = np.empty((n_lines, 3), np.int64), np.empty((n_pods, 2), np.int64)
+    need, covered = period.least_needed(stations, weights), period.covers(lines, stock, stations)
+    if need == NEVER and not covered:
+        return takes[:0], sends[:0]
+    wanted = np.flatnonzero(lines.number)
+    number, arrivals = period.count_lines(wanted, lines, stock)
     urge, movable = number * (now + weights.base_ticks) - arrivals, (stock.at != BUSY) & (number > 0)
-    movable &= need != period.NEVER
-    if weights.urge_ticks > 0 and stations["load"].any():  # else no pod waits to be wanted enough
+    movable &= need != NEVER
+    if period.waits(stations, weights):
         movable &= urge >= need
+    if not covered and not movable.any():
+        return takes[:0], sends[:0]
     available = count_items(stock, n_skus, len(ticks))
     share = period.share_visits(wanted, stock, available, number, weights)
     within, bearers = find_within(wanted if movable.any() else wanted[:0], stock, movable)
-    split = np.zeros(0, np.bool_)
-    if weights.packing:
-        split = lines.open_lines < lines.begin[1:] - lines.begin[:-1]
     of_sku = np.zeros((2, n_skus), np.int64)
     p = Period(
         lines, stock, weights, stations,
         Pods(stock.bound.copy(), urge, movable, np.zeros(n_pods, np.bool_), np.zeros(n_pods), np.flatnonzero(movable)),
         Bids(np.empty(n_lines, np.int64), np.empty(n_lines), of_sku[0], of_sku[1], within, bearers),
-        now, wanted, lines.listed_items.copy(), lines.quantity.copy(), share, available, placed,
-        period.bound_orders(lines, weights), split, np.zeros(len(split), np.int64), ticks,
-        np.empty((n_lines, 3), np.int64), np.empty((n_pods, 2), np.int64), np.empty(n_pods, np.int64),
-        np.array([0, 0, 0, int(stations["load"].any()), packing]),
+        now, wanted, lines.listed_items.copy(), lines.quantity.copy(), share, available,
+        placed.copy() if placed.shape[1] else np.zeros((len(ticks), n_orders), np.bool_),
+        np.zeros(n_orders), lines.open_lines < lines.begin[1:] - lines.begin[:-1], ticks,
+        takes, sends, np.array([0, 0, room]),
     )  # fmt: skip
+    going_on = stations["free"] > 0
     while going_on.any():
         turn = np.flatnonzero(going_on)
         for station in turn[np.argsort(stations["inbound"][turn], kind="mergesort")]:
@@ -103,10 +110,10 @@ def bring_pods(p: Period, station: int, line: int, most: float) -> int:
     for nothing.)
     """
     weights = p.weights
-    best_pods(p, station, 0.0 if line == NONE else weights.stay * most / (weights.handle_s * p.items[line]))
-    if p.numbers[period.FOUND]:
-        pod = p.found[0]
-        for other in p.found[1 : p.numbers[period.FOUND]]:
+    found = best_pods(p, station, 0.0 if line == NONE else weights.stay * most / (weights.handle_s * p.items[line]))
+    if len(found):
+        pod = found[0]
+        for other in found[1:]:
             if nearer(p, other, pod, station):
                 pod = other
         send(p, pod, station)
@@ -117,15 +124,13 @@ def bring_pods(p: Period, station: int, line: int, most: float) -> int:
                 p, station, sku, p.available[sku, station] - p.stock.items[entry], line, most
             )
     elif line == NONE:
-        line = find_scattered(p, station)
-        for pod in p.found[: p.numbers[period.FOUND]]:
-            send(p, pod, station)
+        line = send_scattered(p, station)
     return line
 
 
 @njit(cache=True, interpreted=True)
-def find_scattered(p: Period, station: int) -> int:
-    """Find pods for the oldest line that wants several items, which pods have together: those with the most first.
+def send_scattered(p: Period, station: int) -> int:
+    """Send pods for the oldest line that wants several items, which pods have together: those with the most first.
 
     Returns
     -------
@@ -155,8 +160,7 @@ def find_scattered(p: Period, station: int) -> int:
                 pod, held = stock.pod[stock.by_sku[k]], stock.items[stock.by_sku[k]]
                 if able[pod] and (held > items or (held == items > 0 and nearer(p, pod, most, station))):
                     most, items = pod, held
-            p.found[p.numbers[period.FOUND]] = most
-            p.numbers[period.FOUND] += 1
+            send(p, most, station)
             able[most] = False
             missing -= items
     return oldest
@@ -191,7 +195,6 @@ def take(p: Period, at: int, station: int) -> None:
     sku = lines.sku[line]
     p.takes[takes, 0], p.takes[takes, 1], p.takes[takes, 2] = station, lines.order_id[order], sku
     p.numbers[period.TAKES] += 1
-    p.numbers[period.AT_WORK] = 1
     places = quantity
     if p.stations[station]["counts_orders"]:
         places = int(not p.placed[station, order])
@@ -207,10 +210,8 @@ def take(p: Period, at: int, station: int) -> None:
         if p.pods.last[pod] == station and 0 < held < UNLIMITED:
             p.pods.movable[pod] = False  # one that was about to leave may be what the line is taken from
     rest = period.look_at(p, order) > 0
-    if p.weights.packing:
+    if lines.open_lines[order] == lines.begin[order + 1] - lines.begin[order]:  # it was not split before
         before = p.takes[:takes]
-        p.parts[order] += not ((before[:, 0] == station) & (before[:, 1] == lines.order_id[order])).any()
-        if lines.open_lines[order] == lines.begin[order + 1] - lines.begin[order]:  # it was not split before
-            split = rest or p.parts[order] > 1
-            p.numbers[period.PACKING_ROOM] += int(p.split[order]) - int(split)
-            p.split[order] = split
+        split = rest or ((before[:, 0] != station) & (before[:, 1] == lines.order_id[order])).any()
+        p.numbers[period.PACKING_ROOM] += int(p.split[order]) - int(split)
+        p.split[order] = split

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from attrs import define
@@ -10,7 +10,7 @@ from attrs import define
 from rmfs_core import BundleAssignment, hookimpl
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Station, WarehouseView
+    from rmfs_core.warehouse import Bundle, Station, WarehouseView
 
 
 @define
@@ -28,19 +28,7 @@ class FirstBundle:
     @hookimpl
     def assign_bundles(self, warehouse: WarehouseView) -> Sequence[BundleAssignment]:
         """Assign bundles, oldest first."""
-        stations = warehouse.replenishment_stations
-        free = {station.id: station.free_bundle_capacity for station in stations}
-        load = {station.id: len(station.bundles) for station in stations}
-        assignments: list[BundleAssignment] = []
-        for bundle in warehouse.bundles:
-            able = [station for station in free if free[station] > 0]
-            if not able:
-                break
-            station = min(able, key=lambda station: (load[station], station))
-            free[station] -= 1
-            load[station] += 1
-            assignments.append(BundleAssignment(bundle.id, station))
-        return assignments
+        return _one_by_one(warehouse, lambda _, able: able[0])
 
 
 @define
@@ -63,25 +51,36 @@ class SamePod:
     @hookimpl
     def assign_bundles(self, warehouse: WarehouseView) -> Sequence[BundleAssignment]:
         """Assign bundles, oldest first."""
-        stations = {station.id: station for station in warehouse.replenishment_stations}
-        free = {i: station.free_bundle_capacity for i, station in stations.items()}
         new = max((pod.free_space for pod in warehouse.free_pods), default=0)
-        room = {i: _room_in_mind(station, new) for i, station in stations.items()}
-        assignments: list[BundleAssignment] = []
-        for bundle in warehouse.bundles:
-            able = [i for i in free if free[i] > 0]
-            if not able:
-                break
-            fitting = [i for i in able if room[i] >= bundle.size]
-            if fitting:
-                station = min(fitting, key=lambda i: (room[i], i))
-            else:
-                station = min(able, key=lambda i: (stations[i].bundle_capacity - free[i], i))
-                room[station] = new
-            free[station] -= 1
-            room[station] -= bundle.size
-            assignments.append(BundleAssignment(bundle.id, station))
-        return assignments
+        room = {station: _room_in_mind(station, new) for station in warehouse.replenishment_stations}
+
+        def station_for(bundle: Bundle, able: Sequence[Station]) -> Station:
+            fitting = [station for station in able if room[station] >= bundle.size]
+            station = min(fitting, key=lambda station: (room[station], station.id), default=able[0])
+            room[station] = (room[station] if fitting else new) - bundle.size
+            return station
+
+        return _one_by_one(warehouse, station_for)
+
+
+def _one_by_one(
+    warehouse: WarehouseView, station_for: Callable[[Bundle, Sequence[Station]], Station]
+) -> list[BundleAssignment]:
+    """Assign bundles, oldest first, until no slot is free: each to one of the stations with a free slot.
+
+    ``station_for`` chooses it; it is given them by their load, then by their ids.
+    """
+    load = {station: len(station.bundles) for station in warehouse.replenishment_stations}
+    assignments: list[BundleAssignment] = []
+    for bundle in warehouse.bundles:
+        able = [station for station in load if load[station] < station.bundle_capacity]
+        if not able:
+            break
+        able.sort(key=lambda station: (load[station], station.id))
+        station = station_for(bundle, able)
+        load[station] += 1
+        assignments.append(BundleAssignment(bundle.id, station.id))
+    return assignments
 
 
 def _room_in_mind(station: Station, new: int) -> int:

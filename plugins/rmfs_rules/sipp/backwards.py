@@ -69,7 +69,7 @@ def _before(state: int, asked: Asked, gap: int, brake: int, waiting: int, proble
         n, now = 1 if low[0, 0] <= high[0, 0] else 0, 0
         soon = start + _least(cell, at, tracks)
         if n and to != goal and at != cell:
-            n = _helps(at, towards, length, due, rest, soon, brake, problem)
+            n = _note_all(at, towards, length, due, rest, soon, brake, now, n, 0, True, problem)
         ahead = length - 1
         while n and ahead >= 0:
             there, enter = at + ahead * offset, tracks.enter[length, ahead]
@@ -88,7 +88,7 @@ def _before(state: int, asked: Asked, gap: int, brake: int, waiting: int, proble
                 alone, by = departure + run + rest, final - turn
                 waiting = _note(4 * gap + heading, at, by, max(due, alone), alone, waiting, problem)
         if n and tracks.passable[at]:
-            waiting = _note_all(at, towards, length, due, rest, soon, brake, now, n, waiting, problem)
+            waiting = _note_all(at, towards, length, due, rest, soon, brake, now, n, waiting, False, problem)
         if not tracks.passable[at]:
             break
     return arrives, waiting
@@ -105,35 +105,6 @@ def _gap(cell: int, gap: int, me: int, table: Intervals) -> tuple[int, int]:
 
 
 @helper
-def _helps(
-    at: int, towards: int, length: int, due: int, rest: int, soonest: int, brake: int, problem: Problem
-) -> int:  # fmt: skip
-    """1 if a run could change a label were all cells ahead free in its window of departure, else 0."""
-    tracks, table = problem.tracks, problem.table
-    first, final = problem.memory.low[0, 0], problem.memory.high[0, 0]
-    leave, onwards = tracks.leave[length, 0], tracks.runs[length] + rest
-    p = table.first[at]
-    end = p + table.count[at]
-    since = int(-FOREVER)
-    while since < final:
-        while p < end and table.owner[p] == problem.me:
-            p += 1
-        until = min(table.since[p] - leave, final) if p < end else final
-        for difference in range(4):
-            came, turn = (towards - difference) % 4, tracks.turns[difference]
-            behind = at - tracks.offsets[came]
-            if 0 <= behind < len(tracks.moves) and tracks.moves[behind] >> came & 1:
-                departure = max(max(since + brake, soonest) + turn, first)
-                if departure <= until and _changes(4 * p + came, until - turn, max(due, departure + onwards), problem):
-                    return 1
-        if p >= end:
-            break
-        since = table.until[p]
-        p += 1
-    return 0
-
-
-@helper
 def _changes(state: int, by: int, arrival: int, problem: Problem) -> bool:
     """Whether `_note` of a label would change something."""
     states = problem.memory.states
@@ -147,9 +118,13 @@ def _changes(state: int, by: int, arrival: int, problem: Problem) -> bool:
 @helper
 def _note_all(
     at: int, towards: int, length: int, due: int, rest: int, soonest: int, brake: int, now: int, n: int, waiting: int,
-    problem: Problem,
+    looking: bool, problem: Problem,
 ) -> int:  # fmt: skip
-    """Note every gap of a cell that a run may begin in, with each heading that the robot can have come with."""
+    """Note every gap of a cell that a run may begin in, with each heading that the robot can have come with.
+
+    Returns the queue's length. If it is only ``looking``, it notes nothing, and returns one more where a label would
+    change.
+    """
     tracks, table, low, high = problem.tracks, problem.table, problem.memory.low, problem.memory.high
     p = table.first[at]
     end = p + table.count[at]
@@ -167,7 +142,10 @@ def _note_all(
                 if departure <= final:
                     onwards, by = tracks.runs[length] + rest, final - turn
                     arrival = max(due, departure + onwards)
-                    waiting = _note(4 * p + came, at, by, arrival, ready + onwards, waiting, problem)
+                    if not looking:
+                        waiting = _note(4 * p + came, at, by, arrival, ready + onwards, waiting, problem)
+                    elif _changes(4 * p + came, by, arrival, problem):
+                        return waiting + 1
         if p >= end:
             break
         since = table.until[p]

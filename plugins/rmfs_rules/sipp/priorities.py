@@ -97,7 +97,8 @@ class Search:
             alone = self._one_after_another(self.fixed.copy())
             sooner = sum(way.arrives for way in alone.values()) < sum(way.arrives for way in first.values())
             if sooner and len(alone) == len(first):  # who goes before others may bar the way of one of them
-                best = self._search(Node({**kept, **alone}, self._in_order()), best, most)
+                in_order = frozenset(pairwise(query.robot for query in self.setting_out))
+                best = self._search(Node({**kept, **alone}, in_order), best, most)
         return {robot: way.path.path for robot, way in best.ways.items() if way.path is not None}
 
     def _one_after_another(self, table: Reservations) -> dict[int, Way]:
@@ -109,10 +110,6 @@ class Search:
                 table.commit(query.robot, way.occupied)
                 ways[query.robot] = way
         return ways
-
-    def _in_order(self) -> frozenset[tuple[int, int]]:
-        robots = [query.robot for query in self.setting_out]
-        return frozenset(pairwise(robots))
 
     def _way(self, query: Query, table: Reservations) -> Way | None:
         path = self.sipp.search(self.roads, table, query)

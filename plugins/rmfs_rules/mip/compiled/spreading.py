@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from rmfs_core.jit import njit
-from rmfs_rules.mip.compiled.pod_sets import complete, copied, next_set, ones, sets_of
+from rmfs_rules.mip.compiled.pod_sets import complete, copied, next_set, ones
 from rmfs_rules.mip.compiled.stacking import fill, fill_with_few_splits, newly_split
 
 FOUND, NOT_FOUND, NO_SETS, TOO_MANY = 0, 1, 2, 3
@@ -237,22 +237,6 @@ def spread(a, pods, visits, target, work, most_work, refused=0):
 
 
 @njit(cache=True)
-def sets_that_fill(a, number, target):
-    """Return a search for sets of pods that complete enough orders, to be handed to `next_that_fills`.
-
-    Parameters
-    ----------
-    a
-        The period (`compiled.arrays.Arrays`).
-    number
-        Number of pods.
-    target
-        Slots to fill.
-    """
-    return sets_of(a, number, a.items.astype(np.float64), float(target))
-
-
-@njit(cache=True)
 def next_that_fills(a, sets, refused, visits, target, work, most_work):
     """Search pods that fill slots.
 
@@ -263,7 +247,8 @@ def next_that_fills(a, sets, refused, visits, target, work, most_work):
     a
         The period (`compiled.arrays.Arrays`).
     sets
-        The search for sets of pods, which goes on where it was.
+        A search for sets of pods whose orders have as many items as the target (`compiled.pod_sets.sets_of`), which
+        goes on where it was.
     refused
         How many answers with the set that was reached last were refused; -1 at first.
     visits

@@ -21,6 +21,7 @@ def load() -> None:
     period = Period(stock, (0, 1), (1, 1), ((), ()), (0, 1), lines, lines, (1, 1))
     arrays, _ = arrays_of(Reduced(period, Model.INTEGRATED))
     work = np.zeros(1, dtype=np.int64)
-    spreading.next_that_fills(arrays, spreading.sets_that_fill(arrays, 1, 2), -1, 2, 2, work, MOST_WORK)
+    sets = pod_sets.sets_of(arrays, 1, np.ones(2), 2.0)
+    spreading.next_that_fills(arrays, sets, -1, 2, 2, work, MOST_WORK)
     pod_sets.best_sets(arrays, 1, np.ones(2), 0.5, 10, work, MOST_WORK)
     exchanging.exchanged(arrays, 1, 1, 1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -218,12 +219,9 @@ class Period:
     @cached_property
     def lines(self) -> tuple[tuple[Line, ...], ...]:
         """Open lines of each order, by SKU id."""
-        table: list[list[Line]] = [[] for _ in self.orders]
-        for order, sku, quantity in zip(
-            self.line_order.tolist(), self.line_sku.tolist(), self.line_quantity.tolist(), strict=True
-        ):
-            table[order].append((sku, quantity))
-        return tuple(tuple(sorted(lines)) for lines in table)
+        starts = np.searchsorted(self.line_order, np.arange(len(self.orders) + 1)).tolist()
+        lines = list(zip(self.line_sku.tolist(), self.line_quantity.tolist(), strict=True))
+        return tuple(tuple(sorted(lines[first:last])) for first, last in pairwise(starts))
 
     def lines_of(self, order: int) -> tuple[Line, ...]:
         """Open lines of one order (position), by SKU id: where few orders are asked for, faster than `lines`."""

@@ -1,17 +1,17 @@
 """Placing lines of one item at stations one by one, moving earlier ones where that helps (augmenting paths).
 
 Which lines can be placed at the same time is a gammoid: taking every line that still finds a slot and an item, oldest
-first, ends with as many items as any choice, and among those with the oldest.
+first, ends with as many items as any choice, and among those with the oldest. Whether the pods that are sent have
+enough for what is assigned is settled the same way, SKU by SKU (`short_of`).
 """
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Iterable, Mapping, Sequence
 
 from rmfs_rules.mip.period.period import Period
-from rmfs_rules.mip.period.serving import stations_of
-from rmfs_rules.mip.period.solution import Visits
+from rmfs_rules.mip.period.solution import Part, Visits
 
 ENDLESS = 1 << 40
 """More items than any period takes."""
@@ -129,3 +129,52 @@ class Slots:
                     self._taken[station][held, source] -= 1
                     return int(station)
         raise ValueError("no line of this kind was placed")
+
+
+def stations_of(period: Period, visits: Visits) -> dict[int, list[int]]:
+    """Return the stations of each pod (positions) that is at some, with new visits counted in."""
+    at: dict[int, list[int]] = {}
+    for station, pods in enumerate(period.inbound):
+        for pod in pods:
+            at.setdefault(pod, []).append(station)
+    for pod, station in visits:
+        if station not in at.setdefault(pod, []):
+            at[pod].append(station)
+    return at
+
+
+def short_of(period: Period, visits: Visits, parts: tuple[Part, ...]) -> int | None:
+    """Return a SKU of which the pods have too few free items for what is assigned, or None.
+
+    Parameters
+    ----------
+    period
+        The period.
+    visits
+        (pod, station); those of P_s need not be named.
+    parts
+        Assigned lines.
+    """
+    if period.stock.number is None:
+        return None
+    wanted: dict[int, Counter[int]] = {}
+    for part in parts:
+        quantity = dict(period.lines_of(part.order))
+        for sku in part.skus:
+            wanted.setdefault(sku, Counter())[part.station] += quantity.get(sku, 0)
+    having: dict[int, list[tuple[int, list[int]]]] = {sku: [] for sku in wanted}
+    for pod, stations in sorted(stations_of(period, visits).items()):
+        for sku, number in period.stock.items_on(pod).items():
+            if sku in having:
+                having[sku].append((number, stations))
+    return next((sku for sku in sorted(wanted) if not _enough(wanted[sku], len(period.stations), having[sku])), None)
+
+
+def _enough(wanted: Counter[int], stations: int, pods: Sequence[tuple[int, list[int]]]) -> bool:
+    """Whether pods (free items, stations) can bring each of so many stations what it wants of a SKU."""
+    total = sum(wanted.values())
+    if all(any(s in at and number >= total for number, at in pods) for s in wanted):
+        return True
+    items, at = {pod: number for pod, (number, _) in enumerate(pods)}, {pod: at for pod, (_, at) in enumerate(pods)}
+    slots = Slots([wanted[station] for station in range(stations)], {0: items}, at)
+    return all(slots.add(0) for _ in range(total))

@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Iterator
 
 from rmfs_rules.mip.period.period import Period
-from rmfs_rules.mip.period.serving import short_of
+from rmfs_rules.mip.period.placing import short_of
 from rmfs_rules.mip.period.solution import Model, Solution, newly_split, objective_of
 
 

@@ -18,10 +18,10 @@ import numpy as np
 from attrs import define, field
 from numpy.typing import NDArray
 
-from rmfs_rules.mip.compiled import exchanging, spreading
+from rmfs_rules.mip.compiled import exchanging, pod_sets, spreading
 from rmfs_rules.mip.compiled.arrays import LARGEST_ROOM, MOST_STATES, MOST_STATIONS, Arrays, arrays_of, price_of
+from rmfs_rules.mip.period.placing import short_of
 from rmfs_rules.mip.period.reduction import Reduced
-from rmfs_rules.mip.period.serving import short_of
 from rmfs_rules.mip.period.solution import Assigned, Model, Part, Visits
 from rmfs_rules.mip.printed.solver import Limits
 from rmfs_rules.mip.proof.aggregated import assigned_with
@@ -152,7 +152,7 @@ class FewestVisits:
 
     def _answers(self, number: int, visits: int, target: int) -> Iterator[tuple[int, list[int], list[int], Any]]:
         """Yield what the search finds, one after the other; last that it finds nothing more."""
-        sets = spreading.sets_that_fill(self._arrays, number, target)
+        sets = pod_sets.sets_of(self._arrays, number, self._arrays.items.astype(np.float64), float(target))
         refused, last, answer = -1, None, spreading.FOUND
         while answer == spreading.FOUND:
             with self._most_work(number) as most_work:

@@ -19,8 +19,8 @@ from attrs import evolve
 from numpy.typing import NDArray
 
 from rmfs_rules.mip.period.period import Period
+from rmfs_rules.mip.period.placing import short_of
 from rmfs_rules.mip.period.reduction import OrderType, Reduced
-from rmfs_rules.mip.period.serving import short_of
 from rmfs_rules.mip.period.solution import Model, Part, Solution, unused
 from rmfs_rules.mip.proof.aggregated import Builder, Gains
 from rmfs_rules.mip.proof.proof import Proof

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 
 from attrs import define, evolve
 
+from rmfs_rules.mip.period.placing import short_of
 from rmfs_rules.mip.period.reduction import Reduced
-from rmfs_rules.mip.period.serving import short_of
 from rmfs_rules.mip.period.solution import Part, Solution, Visits, is_useful, is_whole, newly_split, unused
 from rmfs_rules.mip.printed.solver import Limits, Outcome
 from rmfs_rules.mip.proof.program import Program
@@ -57,7 +57,10 @@ class Proof:
         if self.limits.max_seconds is not None:
             self.deadline = time.monotonic() + self.limits.max_seconds
         self.bound = float(self.reduced.period.visits_before)
-        self.take_steps()
+        for step in self.steps:
+            step(self)
+            if self.proven:
+                break
         bound = self.incumbent.objective if self.proven else min(self.bound, self.incumbent.objective)
         if self.incumbent.bound != bound:
             self.best = evolve(self.incumbent, bound=bound)
@@ -69,13 +72,6 @@ class Proof:
     def unproven(self) -> str:
         """Value of `Solution.how` without a proof."""
         return "effort" if self.limits.effort.short else "stopped"
-
-    def take_steps(self) -> None:
-        """Take one step after the other, until the best solution is proven."""
-        for step in self.steps:
-            step(self)
-            if self.proven:
-                return
 
     @property
     def incumbent(self) -> Solution:

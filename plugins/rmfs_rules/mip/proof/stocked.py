@@ -8,9 +8,8 @@ import numpy as np
 from attrs import define, field
 from numpy.typing import NDArray
 
-from rmfs_rules.mip.period.placing import Slots
+from rmfs_rules.mip.period.placing import Slots, stations_of
 from rmfs_rules.mip.period.reduction import Reduced
-from rmfs_rules.mip.period.serving import stations_of
 from rmfs_rules.mip.period.solution import Model, Part, Visits
 from rmfs_rules.mip.proof.feasible import fill_with_split_orders, place_lines, subset
 

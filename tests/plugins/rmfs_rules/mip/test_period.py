@@ -15,9 +15,8 @@ from rmfs_core.warehouse import WarehouseView
 from rmfs_rules.mip.compiled.arrays import arrays_of
 from rmfs_rules.mip.period.decoding import Counts, parts_of
 from rmfs_rules.mip.period.period import Period, Stock
-from rmfs_rules.mip.period.placing import Slots
+from rmfs_rules.mip.period.placing import Slots, short_of, stations_of
 from rmfs_rules.mip.period.reduction import Reduced, highest, masks_of, sums_of
-from rmfs_rules.mip.period.serving import short_of, stations_of
 from rmfs_rules.mip.period.solution import (
     Model,
     Part,

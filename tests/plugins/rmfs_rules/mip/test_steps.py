@@ -18,7 +18,7 @@ from rmfs_rules.mip.compiled import warm_up
 from rmfs_rules.mip.compiled.arrays import Arrays, arrays_of
 from rmfs_rules.mip.compiled.exchanging import completed, exchanged
 from rmfs_rules.mip.compiled.pod_sets import best_sets, next_set, sets_of
-from rmfs_rules.mip.compiled.spreading import FOUND, next_that_fills, sets_that_fill, spread, too_few_splits
+from rmfs_rules.mip.compiled.spreading import FOUND, next_that_fills, spread, too_few_splits
 from rmfs_rules.mip.compiled.stacking import fill as filled
 from rmfs_rules.mip.compiled.stacking import fill_with_few_splits, newly_split
 from rmfs_rules.mip.period.effort import Effort
@@ -521,7 +521,7 @@ def fewest_found(arrays: Arrays, target: int) -> int | None:
     """Return the least number of visits (up to two) with which the search fills the target."""
     for visits in range(3):
         for number in range(min(visits, 1), visits + 1):
-            sets = sets_that_fill(arrays, number, target)
+            sets = sets_of(arrays, number, arrays.items.astype(np.float64), float(target))
             found, chosen, masks, _ = next_that_fills(arrays, sets, -1, visits, target, no_work(), ENDLESS)
             if found == FOUND:
                 sent = [(p, s) for p, mask in zip(chosen, masks, strict=True) for s in range(8) if mask >> s & 1]
@@ -637,7 +637,7 @@ def test_fill_finds_the_most_with_few_splits(small_periods):
 def test_what_is_loaded_is_what_periods_need(periods):
     """After loading, no period has anything left to compile: its arguments have the types that were loaded."""
     warm_up.load()
-    searches = sets_that_fill, next_that_fills, best_sets, exchanged
+    searches = sets_of, next_that_fills, best_sets, exchanged
     loaded = [search.signatures for search in searches]
     assert all(loaded)
     for period in (*periods[:20], *(splitting_period(seed, 7, 3, 9) for seed in range(3))):
