@@ -204,11 +204,12 @@ def _print(
     if len(plans) > SHOWN:
         console.print(f"The {SHOWN} robots with the longest delay of {len(plans)}.", highlight=False)
     costs = _costs(plans, hits)
+    asked = "query" if costs["queries"] == 1 else "queries"
     makespan = "-" if costs["makespan_s"] is None else f"{costs['makespan_s']:.3f} s"
     console.print(
         f"Arrived {costs['arrived']} of {costs['robots']}; makespan {makespan}; sum of costs "
         f"{costs['sum_of_costs_s']:.3f} s, {costs['sum_without_traffic_s']:.3f} s without traffic; "
-        f"{costs['queries']} queries in {wall_s:.3f} s; collisions: {len(hits)}",
+        f"{costs['queries']} {'query' if costs['queries'] == 1 else 'queries'} in {wall_s:.3f} s; collisions: {len(hits)}",
         highlight=False,
         soft_wrap=True,
     )

@@ -5,8 +5,8 @@ step can be made one after another, each into a cell that is empty then: no two 
 move round in a ring. Robots that move one after another so can drive so, whatever their kinematics.
 
 LaCAM looks for a sequence of configurations depth first. It makes the next configuration of one by PIBT: robots choose
-their moves in the order of a priority that grows until they are at their goals, each pushing out of its way whoever
-has not chosen yet. In a corridor, where two robots have to change places, one is led backwards until the other can
+their moves in the order of a priority that grows until they are at their goals, and push robots that have not chosen
+yet out of their ways. In a corridor, where two robots have to change places, one is led backwards until the other can
 pass. If that goes round in circles, the search forces moves on more and more robots of a configuration: it is complete.
 
 Sources: K. Okumura, LaCAM: search-based algorithm for quick multi-agent pathfinding, AAAI 2023,
