@@ -209,7 +209,7 @@ def _print(
     console.print(
         f"Arrived {costs['arrived']} of {costs['robots']}; makespan {makespan}; sum of costs "
         f"{costs['sum_of_costs_s']:.3f} s, {costs['sum_without_traffic_s']:.3f} s without traffic; "
-        f"{costs['queries']} {'query' if costs['queries'] == 1 else 'queries'} in {wall_s:.3f} s; collisions: {len(hits)}",
+        f"{costs['queries']} {asked} in {wall_s:.3f} s; collisions: {len(hits)}",
         highlight=False,
         soft_wrap=True,
     )
