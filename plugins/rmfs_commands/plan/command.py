@@ -47,7 +47,7 @@ PLAN_FILE, PATHS_FILE = "plan.json", "paths.csv"
     type=WholeNumberRange(min=0),
     default=10,
     show_default=True,
-    help="Queries for each robot, on average, to shorten paths of groups when all have one; 0: one order of robots.",
+    help="Queries for each robot, on average, to shorten paths of groups; 0: one order of robots.",
 )
 @click.option("--out", type=OutPath(), metavar="DIR", help=f"Folder to write {PLAN_FILE} and {PATHS_FILE} to.")
 @click.option(
@@ -70,11 +70,11 @@ def plan(
 ) -> None:
     """Plan the paths of robots on MAP, a MovingAI map or a text map.
 
-    Each robot has one trip: random ones, or those of a scenario. Paths are planned one robot after another; a robot
-    that finds none takes priority over others, and when all have paths, these are made shorter: for groups of robots
-    (--effort), then for each robot alone. The paths are checked for collisions. Exit code 1 when a robot finds no path,
-    or when robots collide under a rule that keeps them apart; under free-flow, which keeps none apart, collisions are
-    counted only.
+    Each robot has one trip: random ones, or those of a scenario. First paths are searched for all robots together, then
+    made shorter: for each robot alone, for groups of robots (--effort), and for each alone again. Where no first paths
+    are found, paths are planned one robot after another. The paths are checked for collisions. Exit code 1 when a robot
+    finds no path, or when robots collide under a rule that keeps them apart; under free-flow, which keeps none apart,
+    collisions are counted only.
     """
 
     from rmfs_commands.cli.choices import option_named, with_parameters
@@ -102,7 +102,7 @@ def plan(
             click.get_current_context().with_resource(removed_if_empty(out))
         folder = None if out is None else writable_folder(out, (PLAN_FILE, PATHS_FILE), force=True)
         started = time.perf_counter()
-        plans = _plan(roads, planner, trips, effort, stream(seed, "priorities"))
+        plans = _plan(roads, planner, trips, effort, stream(seed, "joint"))
         wall_s = time.perf_counter() - started
     hits = collisions(roads, [one.path for one in plans])
     title = f"{Path(map_file).name}, {counted(len(plans), 'robot')}, {pp}"
@@ -135,11 +135,11 @@ def plan(
 def _plan(
     roads: Roads, planner: HookPlanner, trips: Sequence[Trip], effort: int, rng: np.random.Generator
 ) -> tuple[Plan, ...]:
-    from rmfs_commands.plan import plan_by_priorities, plan_in_orders, plan_trips
+    from rmfs_commands.plan import plan_in_orders, plan_jointly, plan_trips
 
     if not planner.exclusive or effort == 0:
         return plan_trips(roads, planner, trips, planner.exclusive)
-    plan = plan_by_priorities if planner.complete else plan_in_orders
+    plan = plan_jointly if planner.complete else plan_in_orders
     return plan(roads, planner, trips, effort, rng)
 
 
@@ -204,11 +204,12 @@ def _print(
     if len(plans) > SHOWN:
         console.print(f"The {SHOWN} robots with the longest delay of {len(plans)}.", highlight=False)
     costs = _costs(plans, hits)
+    asked = "query" if costs["queries"] == 1 else "queries"
     makespan = "-" if costs["makespan_s"] is None else f"{costs['makespan_s']:.3f} s"
     console.print(
         f"Arrived {costs['arrived']} of {costs['robots']}; makespan {makespan}; sum of costs "
         f"{costs['sum_of_costs_s']:.3f} s, {costs['sum_without_traffic_s']:.3f} s without traffic; "
-        f"{costs['queries']} queries in {wall_s:.3f} s; collisions: {len(hits)}",
+        f"{costs['queries']} {asked} in {wall_s:.3f} s; collisions: {len(hits)}",
         highlight=False,
         soft_wrap=True,
     )
