@@ -3,7 +3,7 @@
 The first paths are slow, for robots push each other out of their ways. Each robot plans again alone, all others keeping
 their paths, in rounds until one takes back less than a hundredth of all delay. Then a robot with a delay and some of
 those in its way give up theirs and plan again in another order; what costs less is kept. At last each robot plans again
-alone once more.
+alone until none arrives earlier.
 
 Nothing depends on seconds: effort is counted in queries.
 
@@ -32,7 +32,7 @@ HOLD_TICKS = 5_000
 GROUP = 8
 """Robots that plan again together."""
 LITTLE = 0.01
-"""Share of all delay that a round of robots alone takes back at least, unless it is the last."""
+"""Share of all delay that each of the first rounds of robots alone takes back at least, except for the last."""
 FRUITLESS = 5
 """For each robot, groups in a row without a gain before the search for shorter paths ends."""
 
@@ -65,7 +65,7 @@ def plan_jointly(
     if paths is None:
         return plan_trips(roads, planner, trips)
     search = Search(roads, planner, trips, paths, rng)
-    search.shorten_alone()
+    search.shorten_alone(LITTLE)
     search.shorten(sum(search.queries) + effort * len(trips))
     search.shorten_alone()
     return search.plans()
@@ -172,11 +172,11 @@ class Search:
             self.paths[robot], self.occupied[robot] = path, occupied
         return False
 
-    def shorten_alone(self) -> None:
-        """Plan each robot again while all others keep their paths, in rounds until one takes back hardly any delay."""
+    def shorten_alone(self, least_share: float = 0.0) -> None:
+        """Plan each robot again while all others keep their paths, in rounds as long as they take back more delay."""
         robots, least = range(len(self.trips)), sum(self.fastest)
         delay, taken_back = self._cost(robots) - least, math.inf
-        while taken_back > LITTLE * delay:
+        while taken_back > least_share * delay:
             for robot in robots:
                 if self._cost([robot]) > self.fastest[robot]:
                     self._again([robot])

@@ -194,7 +194,7 @@ class PodIndex:
     @hookimpl
     def wake_at(self, warehouse: WarehouseView) -> float | None:
         """Return when the ages of the lines of a pod will add up, if a station could take it then."""
-        if not warehouse.backlog_size or not self._weights.urge_ticks:
+        if not warehouse.backlog_size or not self._waits(warehouse):
             return None
         tick = next_urgent(*self._state(warehouse))
         return None if tick == NEVER else to_seconds(tick)
@@ -208,7 +208,7 @@ class PodIndex:
         takes, sends = decide(
             *self._state(warehouse),
             NONE if without is None else without.id,
-            places_taken(warehouse) if warehouse.capacities["counts_orders"].any() else NOWHERE,
+            places_taken(warehouse) if warehouse.largest_capacity == UNLIMITED else NOWHERE,
             self._ticks,
             UNLIMITED if room is None else room,
         )
@@ -226,12 +226,13 @@ class PodIndex:
         return decided
 
     def _state(self, warehouse: WarehouseView) -> tuple[Any, ...]:
-        """Return the arguments that `decide` and `next_urgent` begin with.
+        """Return the arguments that `decide` and `next_urgent` begin with."""
+        weights = self._weights if self._waits(warehouse) else self._weights._replace(urge_ticks=0)
+        return tuple(warehouse.lines), tuple(warehouse.stock), tuple(weights), warehouse.capacities, warehouse.now_tick
 
-        Pods do not wait unless orders have come after the first ones: more may come.
-        """
-        lines, weights, first_s = warehouse.lines, self._weights, warehouse.order(0).arrival_s
-        # No need to look through all orders where one in the backlog came later
-        if weights.urge_ticks and lines.arrival_s[-1] == first_s and warehouse.orders[-1].arrival_s == first_s:
-            weights = weights._replace(urge_ticks=0)
-        return tuple(lines), tuple(warehouse.stock), tuple(weights), warehouse.capacities, warehouse.now_tick
+    def _waits(self, warehouse: WarehouseView) -> bool:
+        """Whether pods wait until they are wanted enough: once orders have come after the first ones, more may come."""
+        lines, first_s = warehouse.lines, warehouse.order(0).arrival_s
+        if lines.arrival_s[-1] == first_s and warehouse.orders[-1].arrival_s == first_s:  # `orders` takes its time
+            return False
+        return self._weights.urge_ticks > 0

@@ -62,16 +62,11 @@ class Reduced:
         """C_s."""
         return self.period.capacities
 
-    @property
-    def rooms(self) -> tuple[int, ...]:
-        """Most items that each station can get."""
-        return self.period.rooms
-
     @cached_property
     def most(self) -> int:
         """Largest number of items of an order that can be assigned at all (for split-over-time: of a line)."""
         one_order = self.model is Model.SPLIT_AMONG_STATIONS
-        return sum(self.rooms) if one_order else max(self.rooms, default=0)
+        return sum(self.period.rooms) if one_order else max(self.period.rooms, default=0)
 
     @cached_property
     def interchangeable(self) -> bool:
@@ -123,7 +118,7 @@ class Reduced:
         stock = self.period.stock
         if stock.number is None:
             return np.zeros(0, dtype=np.int64)
-        most = np.minimum(self.demand, sum(self.rooms))
+        most = np.minimum(self.demand, sum(self.period.rooms))
         return np.unique(stock.sku[stock.number < most[stock.sku]])
 
     @cached_property
@@ -149,7 +144,7 @@ class Reduced:
         """Lines of an order that can be assigned."""
         if self.model is not Model.SPLIT_OVER_TIME:
             return self.period.lines[order]
-        supply, largest = self.period.supply, max(self.rooms)
+        supply, largest = self.period.supply, max(self.period.rooms)
         return tuple((i, q) for i, q in self.period.lines[order] if supply[i] >= q and q <= largest)
 
     @cached_property
@@ -206,7 +201,7 @@ class Reduced:
 
     def wanted(self, station: int) -> NDArray[np.bool_]:
         """Return the SKUs of lines that can be assigned to a station (for integrated: with their whole order)."""
-        period, room = self.period, self.rooms[station]
+        period, room = self.period, self.period.rooms[station]
         kept = self.candidates & (period.line_quantity <= room)
         if self.model is Model.INTEGRATED:
             n = len(period.orders)

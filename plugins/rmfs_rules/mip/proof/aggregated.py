@@ -360,7 +360,7 @@ class Builder:
         entries = zip(stock.pod[kept].tolist(), stock.sku[kept].tolist(), stock.number[kept].tolist(), strict=True)
         for pod, sku, number in entries:
             columns = []
-            for station, room in enumerate(self.reduced.rooms):
+            for station, room in enumerate(self.reduced.period.rooms):
                 sent = self.model.x.get((pod, station))
                 there = pod in period.inbound[station]
                 if sku not in self._using[station] or (sent is None and not there):

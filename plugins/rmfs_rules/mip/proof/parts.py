@@ -98,7 +98,7 @@ class PartsBuilder(Builder):
         """Add y_ios; return the columns by station."""
         sku, quantity = line
         columns = {}
-        for station, room in enumerate(self.reduced.rooms):
+        for station, room in enumerate(self.reduced.period.rooms):
             if quantity <= room and self._obtainable(station, [line]):
                 column = self.model.lines[order, station, sku] = self.model.program.column()
                 if station not in self.reduced.period.counting_orders:

@@ -471,7 +471,7 @@ def test_all_arrive_where_one_order_loses_most_and_none_would_earlier_alone(seed
 
 
 def test_effort_is_spent_on_groups(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Search, "shorten_alone", lambda _: None)  # which is not limited
+    monkeypatch.setattr(Search, "shorten_alone", lambda *_: None)  # which is not limited
     roads = shelves(tmp_path, across=3, down=3)
     planner = Counting()
     plans = plan_jointly(roads, planner, random_trips(roads, 15, 2, "shelves"), 5, np.random.default_rng(1))
