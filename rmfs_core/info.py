@@ -30,6 +30,8 @@ class RunInfo:
         The warehouse now, live: kept, the same object shows it as it is at any later time.
     out
         A folder whose files will be next to the results, where an observer may write some; None where none are kept.
+    apart
+        Whether the PP rule keeps robots apart (it ``reserves``); else they pass through each other.
     summary
         Plain values by name that observers put here until the run is over: `Result.summary`.
     """
@@ -40,6 +42,7 @@ class RunInfo:
     motion: Motion
     warehouse: WarehouseView
     out: Path | None = None
+    apart: bool = True
     summary: dict[str, Any] = field(factory=dict)
 
     @property

@@ -71,20 +71,18 @@ class Simulation:
                 try:
                     rule.prepare(opening.warehouse.travel)
                 except (Exception, SystemExit) as error:
-                    raise InputError(
-                        f"rules.{rule.role.key}", f"{rule.describe()}, prepare: {one_line(error)}"
-                    ) from error
+                    problem = f"{rule.describe()}, prepare: {one_line(error)}"
+                    raise InputError(f"rules.{rule.role.key}", problem) from error
         self.context = RunContext(scenario, rules, opening.warehouse, begun=begun is not None)
-        start, self.stories = self._starting, dict[int, tuple[Any, ...]]()
-        starts = start("transport"), start("move"), start("rest")
-        self.decisions = Decisions(self.context, *starts, self._assigned)
+        self.stories = dict[int, tuple[Any, ...]]()
+        self.decisions = Decisions(self.context, *map(self._starting, ("transport", "move", "rest")), self._assigned)
         self.driving = (rules.pp.traits.way or FreeDriving)(self.context)
         # Short names for what the processes use
         self.scenario, self.rules, self.warehouse = scenario, rules, opening.warehouse
         self.env, self.view, self._tell = self.context.env, self.context.view, self.context.tell
         self.motion = opening.warehouse.travel.motion
         self.services, self.hours = opening.services, opening.hours
-        self.info = RunInfo(scenario, instance, layout, self.motion, self.view, out)
+        self.info = RunInfo(scenario, instance, layout, self.motion, self.view, out, rules.pp.traits.reserves is not None)
         # What changes in the run, besides the warehouse
         self._at_stations = opening.at_stations
         self.waiting_for_slot: list[list[tuple[simpy.Event, Robot]]] = [[] for _ in self.warehouse.stations]
@@ -319,9 +317,8 @@ class Simulation:
             yield from self.driving.to_location(robot, cell)
             going = Going("set", robot.id, since=self.now, tick=self.now + self.services.lift(pod.id))
         yield self._until(going.tick, going)
-        start = going.since
         self.warehouse.store(robot, pod)
-        self._tell(events.PodStored(tick=self.now, start_tick=start, robot=robot.id, pod=pod.id, cell=robot.cell))
+        self._tell(events.PodStored(tick=self.now, start_tick=going.since, robot=robot.id, pod=pod.id, cell=robot.cell))
         self._is_free(robot)
 
     def move(self, robot: Robot, pod: Pod, cell: int, going: Going | None = None) -> Process:

@@ -143,12 +143,16 @@ class Stations:
         return found
 
     def paid_ticks(self, begin: int, end: int) -> int:
-        """Return the time in which stations are open, or finish what they have, between two times, summed over them."""
+        """Return the time in which pickers are paid between two times, summed over stations.
+
+        A picker is paid while the station is open or finishes what it has, and through an outage that begins then.
+        """
         found = 0
         for station in self.followed:
-            busy = within(zip(station.begun, station.free, strict=True), begin, end)
-            counts = (station.requests, station.open)
-            found += length(merged([*busy, *(span for one in counts for span in one.above_zero(begin, end))]))
+            busy, counts = zip(station.begun, station.free, strict=True), (station.requests, station.open)
+            there = merged([*busy, *(span for one in counts for span in one.above_zero(0, end))])
+            failed = [down for down in station.down.above_zero(0, end) if any(a < down[0] <= b for a, b in there)]
+            found += length(within(merged([*there, *failed]), begin, end))
         return found
 
     def values(self, begin: int, end: int) -> dict[str, Number]:

@@ -13,6 +13,7 @@ MOST_NESTED = 50
 _HEADER = re.compile(r"^\s*\[\[?(?P<keys>[^\]]+)\]\]?\s*(#.*)?$")
 _PART = r"(?:[A-Za-z0-9_-]+|\"[^\"\\]*\"|'[^']*')"
 _ASSIGNMENT = re.compile(rf"^\s*(?P<keys>{_PART}(?:\s*\.\s*{_PART})*)\s*=")
+JSON = "found JSON; expected the scenario of the run, not its result; a real day needs `--journal FILE` with it"
 
 
 def read_toml(text: str) -> dict[str, Any]:
@@ -21,6 +22,8 @@ def read_toml(text: str) -> dict[str, Any]:
     try:
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError:
+        if text.lstrip().startswith("{"):
+            raise ValueError(JSON) from None
         raise
     except ValueError:  # of `int`
         raise ValueError("found a number of more than 4,300 digits") from None

@@ -59,7 +59,8 @@ class Halls:
                 try:
                     path.parent.mkdir(parents=True, exist_ok=True)
                 except OSError as error:
-                    raise InputError(f"--journal {journal}", f"is no folder: {error.strerror or error}") from error
+                    problem = "found a file" if path.parent.is_file() else f"cannot be made: {error.strerror or error}"
+                    raise InputError(f"--journal {journal}", f"{problem}; expected a folder") from error
             scenario = posted(file) if file.endswith(POSTED) else load_scenario(file, [], None)
             made[name] = Hall(scenario, path, dead_s, allow_inline=allow_inline, replayed=replayed)
         return cls(made)

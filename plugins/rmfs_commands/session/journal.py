@@ -30,13 +30,20 @@ def header_of(path: Path) -> Mapping[str, Any]:
         with path.open("rb") as lines:
             found = json.loads(lines.readline())
     except OSError as error:
-        raise InputError(str(path), f"cannot be read: {error.strerror or error}") from error
+        raise _unusable(path, error) from error
     except ValueError:
         raise InputError(str(path), NO_JOURNAL) from None
     dead_s = found.get("dead_s") if isinstance(found, dict) else ""
     if not isinstance(dead_s, float | int | None) or found.get("format") != FORMAT:
         raise InputError(str(path), NO_JOURNAL)
     return found  # type: ignore[no-any-return]
+
+
+def _unusable(name: Path | str, error: OSError) -> InputError:
+    """Return the error of a journal that cannot be opened."""
+    if Path(name).is_dir():
+        return InputError(str(name), "found a folder; expected the file of a journal, such as NAME.jsonl")
+    return InputError(str(name), f"cannot be used as the journal: {error.strerror or error}")
 
 
 class Journal:
@@ -59,7 +66,7 @@ class Journal:
         try:
             self._file: Any = tempfile.TemporaryFile() if path is None else path.open(mode)  # noqa: SIM115
         except OSError as error:
-            raise InputError(self.name, f"cannot be used as the journal: {error.strerror or error}") from error
+            raise _unusable(self.name, error) from error
         weakref.finalize(self, self._file.close)
         try:
             self._lock()

@@ -11,7 +11,7 @@ import click
 
 from rmfs_commands.cli import completion
 from rmfs_commands.cli.options import WholeNumberRange, json_option, no_inline_option
-from rmfs_commands.cli.screen import output_console, print_json, tell
+from rmfs_commands.cli.screen import output_console, print_json, say
 from rmfs_core.roles import Role
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def explain(
         raise click.UsageError("--against and --state need --period or --decision.")
     recording = read_recording(folder)
     console = output_console()
-    with _recorded(recording):
+    with _whole(console, recording):
         if order is not None:
             _tell(console, recording, "order", order, as_json)
         elif pod is not None:
@@ -98,20 +98,22 @@ def explain(
                 write_text(state_file, to_json(explained.content, indent=1) + "\n")
                 if not as_json:
                     how = f"`rmfs decide {state_file} --rule RULE` asks a rule again."
-                    tell(f"State written to {state_file}; {how}")
+                    say(console, f"State written to {state_file}; {how}")
 
 
 @contextmanager
-def _recorded(recording: Recording) -> Iterator[None]:
-    """Raise `InputError` where a decision is not what rmfs records."""
+def _whole(console: Console, recording: Recording) -> Iterator[None]:
+    """Print all or nothing; raise `InputError` where a decision is not what rmfs records."""
     from rmfs_core.errors import InputError
     from rmfs_core.wording import one_line
 
     try:
-        yield
+        with console.capture() as printed:
+            yield
     except (KeyError, TypeError, AttributeError, ValueError, IndexError, OverflowError, StopIteration) as error:
         problem = f"a decision is not what rmfs has recorded ({one_line(error)})"
         raise InputError(str(recording.file), problem) from error
+    console.file.write(printed.get())
 
 
 def _tell(console: Console, recording: Recording, kind: str, name: str, as_json: bool) -> None:
@@ -128,7 +130,7 @@ def _tell(console: Console, recording: Recording, kind: str, name: str, as_json:
     else:
         tables.print_story(console, f"{kind} {name}", told)
         if truck is not None:
-            tell(truck["words"])
+            say(console, truck["words"])
 
 
 def _print(

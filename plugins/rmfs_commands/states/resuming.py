@@ -243,7 +243,8 @@ def _reserve(driving: Any, table: Any, starts: Sequence[tuple[Stop, list[tuple[i
         except ReservedError as error:
             one, other = course.robot.name, driving.run.warehouse.robots[error.owner].name
             problem = f"robots {one} and {other} have {driving.roads.layout.where(error.cell)} at once"
-            raise InputError("instance.state_file", f"{problem}; expected one robot in a cell") from None
+            place = f"{driving.run.scenario.instance.state_file}, robots"
+            raise InputError(place, f"{problem}; expected one robot in a cell") from None
 
 
 def _on_legs(driving: Any, course: Any, told: Going | None) -> tuple[Stop, list[tuple[int, int]]]:

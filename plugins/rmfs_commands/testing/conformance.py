@@ -59,6 +59,8 @@ class ConformanceReport:
     times
         Number and wall-clock seconds of its calls, by hook. They are no finding: how long is too long depends on the
         warehouse.
+    apart
+        False for a PP rule without ``reserves``: robots pass through each other, and collisions are not checked.
     """
 
     rule: str
@@ -67,6 +69,7 @@ class ConformanceReport:
     left_out: Mapping[str, str]
     findings: tuple[Finding, ...]
     times: Mapping[str, CallTimes]
+    apart: bool = True
 
     def __str__(self) -> str:
         lines = [f"{self.rule} decides {listed(self.decides)}; it was run in {len(self.worlds)} small worlds."]
@@ -76,6 +79,8 @@ class ConformanceReport:
             f"{1000 * times.longest_s:.3f} ms the longest."
             for hook, times in self.times.items()
         ]
+        if not self.apart:
+            lines.append("Not checked: collisions. It declares no `reserves`, so robots pass through each other.")
         kinds = dict.fromkeys(finding.kind for finding in self.findings)
         lines += [_by_kind(kind, [f for f in self.findings if f.kind == kind]) for kind in kinds]
         return "\n".join(lines if kinds else [*lines, "No findings."])
@@ -97,7 +102,8 @@ def check_rule(rule: object) -> ConformanceReport:
     ``"no batteries"``. Simple shipped rules take all other decisions; a rule that chooses
     packing stations is tried with one that splits orders. In each world the rule runs three times: twice with the same
     instance, and once with a new one, for which SKUs, orders and pods have other names: these sort as before, but a set
-    of them has another order. If the rule plans paths, the robots' movements are validated as by `validate_trace`.
+    of them has another order. If the rule plans paths, the robots' movements are validated as by `validate_trace`:
+    collisions too where it declares ``reserves``; without, robots pass through each other, and the report says so.
 
     Parameters
     ----------
@@ -150,7 +156,8 @@ def conformance_report(rule: object) -> ConformanceReport:
         for roles in _castings(able):
             findings += _findings(rule, world, roles, times)
     decides = tuple(role.label for role in able)
-    return ConformanceReport(kind.__name__, decides, tuple(worlds), left_out, tuple(findings), times)
+    apart = Role.PP not in able or traits.reserves is not None
+    return ConformanceReport(kind.__name__, decides, tuple(worlds), left_out, tuple(findings), times, apart)
 
 
 def _checked(rule: object) -> type:

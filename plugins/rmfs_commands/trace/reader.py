@@ -59,6 +59,8 @@ class Trace:
         Text of the scenario's map file; None where there is none.
     state
         State that the run begins in: ``file``, ``sha256``, ``tick``, ``lines``, ``content``; None: it begins at time 0.
+    apart
+        Whether its PP rule keeps robots apart.
     floor
         Of a real day: counts of facts, and when the floor first corrected what was known; None: a simulated run.
     """
@@ -77,6 +79,7 @@ class Trace:
     versions: Mapping[str, str] = attrs.field(factory=dict)
     map_text: str | None = None
     state: Mapping[str, Any] | None = None
+    apart: bool = True
     floor: Mapping[str, float | None] | None = None
 
     @property
@@ -305,6 +308,7 @@ def _trace(path: str, first: Mapping[str, Any]) -> Trace:
             versions=dict(first.get("versions", {})),
             map_text=first.get("map"),
             state=_state(first.get("state"), first["scenario"]),
+            apart=first.get("reserves", "") is not None,
             floor=_floor(first.get("floor")),
         )
     except KeyError as error:

@@ -39,6 +39,7 @@ First line, the header::
                       robots in line at each station. Pods and robots of the header are as it has them, and the events
                       begin with what observers are told of the time before (times up to ``tick``); left out: the run
                       begins at time 0
+    reserves          null where the PP rule does not keep robots apart: they pass through each other; left out: it does
     floor             of a real day: batches, facts, dropped ones, and corrected_s, when the floor first corrected what
                       was known, or null
 
@@ -174,6 +175,7 @@ def header(run: RunInfo) -> dict[str, Any]:
         "stations": [_station(warehouse.station(i)) for i in range(len(run.layout.stations))],
         "blocked": warehouse.blocked_locations,
         **_state(run),
+        **({} if run.apart else {"reserves": None}),
         **({"floor": run.summary["floor"]} if "floor" in run.summary else {}),
     }
 

@@ -22,7 +22,8 @@ from rmfs_core.world.grid import RESTING
 Handlers = Mapping[type[Event], Callable[[Any], None]]
 """Functions that a check calls at each kind of event."""
 
-IGNORES_OTHER_ROBOTS = "free-flow"
+NOBODY_WAITS = "free-flow"
+"""PP rule by which no robot waits for another."""
 
 
 def name_of(choice: object) -> object:
@@ -30,9 +31,14 @@ def name_of(choice: object) -> object:
     return choice.get("rule") if isinstance(choice, Mapping) else choice
 
 
+def nobody_waits(trace: Trace) -> bool:
+    """Whether no robot waits for another by the PP rule of a trace's scenario."""
+    return bool(name_of(trace.scenario.get("rules", {}).get("pp")) == NOBODY_WAITS)
+
+
 def avoids_collisions(trace: Trace) -> bool:
-    """Whether the PP rule of a trace's scenario keeps robots apart: taken to be so of all but free-flow."""
-    return bool(name_of(trace.scenario.get("rules", {}).get("pp")) != IGNORES_OTHER_ROBOTS)
+    """Whether the PP rule keeps robots apart, as the header says; traces of rmfs 0.2 do not say it of free-flow."""
+    return not nobody_waits(trace) and trace.apart
 
 
 class Case:

@@ -66,7 +66,7 @@ def validate_trace(path: str | Path) -> list[Fault]:
 def check_trace(path: str | Path, *, collisions: bool | None = None) -> Report:
     """Validate a recorded run as `validate_trace` does, and report what was checked too.
 
-    ``collisions``: whether no two robots may hold a cell at once; None: unless the PP rule is ``free-flow``.
+    ``collisions``: whether no two robots may hold a cell at once; None: if the PP rule keeps robots apart.
     """
     file = trace_file(path)
     trace = read_trace(file)

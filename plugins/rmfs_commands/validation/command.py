@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 @click.option(
     "--collisions/--no-collisions",
     default=None,
-    help="Check that no two robots hold a cell at once, or do not. Default: unless the PP rule is free-flow.",
+    help="Check that no two robots hold a cell at once, or do not. Default: if the PP rule keeps robots apart.",
 )
 @click.option("--limit", type=WholeNumberRange(min=1), default=50, show_default=True, help="Faults to show at most.")
 @json_option

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any
 
-from rmfs_commands.processes.events import OrderPacked
+from rmfs_commands.processes.events import OrderPacked, StationDown, StationUp
 from rmfs_commands.trace.reader import Trace
 from rmfs_commands.validation.packed import packers_ticks
 from rmfs_commands.validation.robots import recompute_robots
@@ -64,9 +64,13 @@ def recompute_costs(trace: Trace) -> dict[str, float | None]:
 
 
 def _pickers(trace: Trace, begin: int, end: int) -> int:
-    """Return the ticks in which picking stations are open, have items to pick, or have one in hand, summed."""
+    """Return the ticks in which picking stations are open, have items to pick, or have one in hand, summed.
+
+    An outage counts like the time in which it begins.
+    """
     picking = len(trace.stations) - trace.layout.replenishing
     changes: list[list[tuple[int, int]]] = [[(0, 1)] for _ in range(picking)]
+    failed = set[int]()
     for event in trace.events:
         if getattr(event, "station", picking) >= picking:
             continue
@@ -75,6 +79,12 @@ def _pickers(trace: Trace, begin: int, end: int) -> int:
                 more = event.items if isinstance(event, OrderAssigned) else 1
                 changes[event.station].append((event.tick, more))
             case StationClosed():
+                changes[event.station].append((event.tick, -1))
+            case StationDown() if sum(change for tick, change in changes[event.station] if tick < event.tick) > 0:
+                failed.add(event.station)
+                changes[event.station].append((event.tick, 1))
+            case StationUp() if event.station in failed:
+                failed.remove(event.station)
                 changes[event.station].append((event.tick, -1))
             case ItemPicked():
                 changes[event.station] += [(event.tick, -1), (event.start_tick, 1), (event.picker_free_tick, -1)]

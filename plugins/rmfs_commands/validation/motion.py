@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rmfs_commands.validation.case import IGNORES_OTHER_ROBOTS, Case, Handlers, seconds
+from rmfs_commands.validation.case import NOBODY_WAITS, Case, Handlers, nobody_waits, seconds
 from rmfs_commands.validation.collisions import LONGEST_M, reached_s
 from rmfs_commands.validation.state import RobotState, State
 from rmfs_core.clock import TICKS_PER_S
@@ -16,7 +16,7 @@ class MotionCheck:
     def __init__(self, case: Case, state: State) -> None:
         self.case = case
         self.state = state
-        self.traffic = case.avoids_collisions
+        self.traffic = not nobody_waits(case.trace)
         self.handlers: Handlers = {RobotMoved: self.moved}
 
     def moved(self, event: RobotMoved) -> None:
@@ -92,12 +92,12 @@ class MotionCheck:
             )
 
     def _waited(self, event: RobotMoved, robot: RobotState) -> None:
-        """Note that a robot stood still in a queue; nobody waits for whom the PP rule ignores."""
+        """Note that a robot stood still in a queue; by free-flow nobody does."""
         if event.wait_ticks and not self.traffic:
             self.traffic = True  # told once
             waits = f"{self.case.robot(event.robot)} waits for {seconds(event.wait_ticks)} before a run"
             self.case.add(
-                "rule", event.tick, f"{waits}, but the scenario's PP rule, {IGNORES_OTHER_ROBOTS}, lets nobody wait"
+                "rule", event.tick, f"{waits}, but the scenario's PP rule, {NOBODY_WAITS}, lets nobody wait"
             )
         lane = self.case.lane[event.origin]
         in_line = lane >= 0 and event.robot in self.state.stations[lane].line

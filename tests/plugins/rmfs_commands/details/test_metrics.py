@@ -248,6 +248,8 @@ DOWN_TWICE = [(kind, t) for kinds, t in ((DOWN, 5_000), (UP, 15_000), (DOWN, 30_
     (DAY, [(StationClosed, 10_000), (StationOpened, 55_000)], "open_s", [26, 20, 5, 0, 51], 60),
     # out of service while items are to be picked, and later with an item in hand
     (FAILS, DOWN_TWICE, "down_s", [26, 10, 14, 4, 10], 0),
+    # out of service with nothing to pick, which its picker waits for
+    (FAILS, [(kind, 50_000) for kind in DOWN], "down_s", [26, 20, 4, 4, 10], 0),
 )
 def test_a_station_that_is_closed_or_out_of_service(tiny: RunInfo, section, events, column, seconds, other) -> None:
     assert Stations(tiny).values(0, 60_000) == {}
@@ -258,6 +260,7 @@ def test_a_station_that_is_closed_or_out_of_service(tiny: RunInfo, section, even
     assert second[column] == other
     hours = {"station_open_h": 111 / 3600, "open_utilisation_percent": 100 * 26 / 111}
     assert stations.values(0, 60_000) == (hours if section is DAY else {})
+    assert stations.paid_ticks(0, 60_000) == (111_000 if section is DAY else 120_000)
 
 
 def test_runs_have_no_figures_of_what_they_lack(tmp_path: Path) -> None:
@@ -312,7 +315,10 @@ PACKED = ("packing={packers=1, sorters=1, conveyor_s=5}",)
 SHIFT = ('stations.open=[["00:01", "00:02"]]', 'robots.available=[["00:00", "00:01"], ["00:01", "24:00", 2]]')
 
 
-RUNS = (0, 0, ()), (0, 0, PACKED), (0, 0, SHIFT), (0, 70, ()), (30, 0, PACKED), (0, 40, PACKED)
+FAILING = ("stations.outages={mtbf_h=0.01, mttr_s=20}", SHIFT[0])
+
+
+RUNS = (0, 0, ()), (0, 0, PACKED), (0, 0, SHIFT), (0, 70, ()), (30, 0, PACKED), (0, 40, PACKED), (0, 0, FAILING)
 
 
 @cases("warmup_s end_s more", *RUNS)

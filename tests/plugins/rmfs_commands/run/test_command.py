@@ -98,6 +98,7 @@ def test_a_packing_run_tells_what_is_not_packed_and_leaves_no_file_to_a_run_with
     (("small.toml", "--seed", "-1"), "-1"),
     (("small.toml", "--fast"), "--fast"),
     (("small.toml", "--journal", "a.jsonl", "--seed", "0"), "found --seed with --journal; expected one without"),
+    (("small.toml", "--journal", "."), "Error: .: found a folder; expected the file of a journal"),
     (("a.hall.json", "--journal", "a.jsonl", "--set", "seed=2"), "found --set with --journal; expected one without"),
 )
 def test_wrong_input(folder, capsys, arguments, problem) -> None:

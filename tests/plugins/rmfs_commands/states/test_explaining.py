@@ -511,8 +511,8 @@ def test_what_cannot_be_explained_is_refused(sequential, capsys, arguments, prob
 )
 def test_a_recording_that_was_changed(change: Any, damaged: Any, tmp_path: Path, capsys: Any) -> None:
     folder = damaged(lambda lines: [lines[0], change(lines[1]), *lines[2:]])
-    code, _, err = explain(capsys, str(folder), "--decision", "1", "--state", str(tmp_path / "state.json"))
-    assert code == 2
+    code, out, err = explain(capsys, str(folder), "--decision", "1", "--state", str(tmp_path / "state.json"))
+    assert (code, out) == (2, "")
     assert err.startswith(f"Error: {folder}/decisions.jsonl.gz")
     assert "raised" not in err
     assert not (tmp_path / "state.json").exists()

@@ -283,16 +283,16 @@ def test_a_scenario_without_its_stations_is_refused(day: Trace, key: str) -> Non
 
 
 @cases(
-    "rules expected",
-    ({"pp": "free-flow"}, False),
-    ({"pp": {"rule": "free-flow"}}, False),
-    ({"pp": "sipp"}, True),
-    ({"pp": {"rule": "whca-n", "window_s": 9}}, True),
-    ({}, True),
+    "rules apart expected",
+    ({"pp": "free-flow"}, True, False),
+    ({"pp": {"rule": "free-flow"}}, True, False),
+    ({"pp": "./mine.py:Mine"}, False, False),
+    ({"pp": {"rule": "whca-n", "window_s": 9}}, True, True),
+    ({}, True, True),
 )
-def test_only_free_flow_ignores_other_robots(day: Trace, rules: Mapping[str, Any], expected: bool) -> None:
-    """The rule may be written by its name or as a table; all other planners have to avoid collisions."""
-    assert avoids_collisions(evolve(day, scenario={**day.scenario, "rules": rules})) is expected
+def test_which_rules_avoid_collisions(day: Trace, rules: Mapping[str, Any], apart: bool, expected: bool) -> None:
+    """The header says it, but in old traces of free-flow, which may be written by its name or as a table."""
+    assert avoids_collisions(evolve(day, scenario={**day.scenario, "rules": rules}, apart=apart)) is expected
 
 
 def places(trace: Trace, **parts: dict[str, Any]) -> Trace:
