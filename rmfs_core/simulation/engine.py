@@ -71,18 +71,20 @@ class Simulation:
                 try:
                     rule.prepare(opening.warehouse.travel)
                 except (Exception, SystemExit) as error:
-                    problem = f"{rule.describe()}, prepare: {one_line(error)}"
-                    raise InputError(f"rules.{rule.role.key}", problem) from error
+                    why = f"{rule.describe()}, prepare: {one_line(error)}"
+                    raise InputError(f"rules.{rule.role.key}", why) from error
         self.context = RunContext(scenario, rules, opening.warehouse, begun=begun is not None)
-        self.stories = dict[int, tuple[Any, ...]]()
-        self.decisions = Decisions(self.context, *map(self._starting, ("transport", "move", "rest")), self._assigned)
+        start, self.stories = self._starting, dict[int, tuple[Any, ...]]()
+        starts = start("transport"), start("move"), start("rest")
+        self.decisions = Decisions(self.context, *starts, self._assigned)
         self.driving = (rules.pp.traits.way or FreeDriving)(self.context)
         # Short names for what the processes use
         self.scenario, self.rules, self.warehouse = scenario, rules, opening.warehouse
         self.env, self.view, self._tell = self.context.env, self.context.view, self.context.tell
         self.motion = opening.warehouse.travel.motion
         self.services, self.hours = opening.services, opening.hours
-        self.info = RunInfo(scenario, instance, layout, self.motion, self.view, out, rules.pp.traits.reserves is not None)
+        apart = rules.pp.traits.reserves is not None
+        self.info = RunInfo(scenario, instance, layout, self.motion, self.view, out, apart)
         # What changes in the run, besides the warehouse
         self._at_stations = opening.at_stations
         self.waiting_for_slot: list[list[tuple[simpy.Event, Robot]]] = [[] for _ in self.warehouse.stations]
