@@ -11,7 +11,8 @@ With T the hours of the run after its warm-up, the parts are
 
 A picker is also paid through an outage of the station that begins in these hours. Energy is what the batteries gave, by
 the draws of ``robots.battery``; without batteries it is the metric ``energy_wh``. Orders are done when they are packed,
-where packing is simulated, or else picked. One that is due and not done is late up to the end of the run."""
+where packing is simulated, or else picked. One that is due and not done is late up to the end of the run.
+"""
 
 from __future__ import annotations
 
