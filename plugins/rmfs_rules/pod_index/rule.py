@@ -156,14 +156,14 @@ class PodIndex:
     _ticks: Ints = field(init=False, eq=False, repr=False)  # driving times to these, which never change in a run
 
     def __attrs_post_init__(self) -> None:
-        """Make of valid parameters what compiled code takes."""
+        """Make of the parameters what compiled code takes."""
         self._weights = Weights(
             **{name: float(getattr(self, name)) for name in Weights._fields[:11]},
             most_pods=self.most_pods,
             urge_ticks=to_ticks(self.urge_s),
             base_ticks=to_ticks(self.base_s),
             priority=np.array([float(self.priority_factor) ** steps for steps in range(-MOST_STEPS, MOST_STEPS + 1)]),
-            least=np.power(np.arange(MOST_SECONDS, dtype=np.float64), self.finish),
+            least=np.power(np.arange(MOST_SECONDS, dtype=np.float64), max(self.finish, 0.0)),  # below 0: refused
         )
 
     def prepare(self, travel: Travel) -> None:
