@@ -13,7 +13,6 @@ from calling import exit_code
 from cases import cases
 from replenished import scenario_of
 from rmfs_commands.cli.loads import Demand, Load, load_line, load_sentences, load_warnings, loads, loads_of
-from rmfs_commands.convert.scenarios import Size, size_for
 from rmfs_commands.testing import small_layout
 from rmfs_core.scenario import Scenario, load_scenario
 from rmfs_core.scenario.model import RobotsSection, RuleChoice, RulesSection, RunSection, StationsSection
@@ -164,29 +163,6 @@ def test_hours_out_of_service_are_none() -> None:
     assert [load.wanted_h for load in found[:2]] == [load.wanted_h for load in before[:2]]
     assert found[0].done_h > before[0].done_h
     assert ", 10 % of the time out of service" in "".join(load_sentences(found))
-
-
-@cases(
-    "items stations",
-    ({6: 300, 16: 300}, 4),  # 80 % over all the time would be one station, but the peak hour wants three and more
-    ({0: 40}, 1),
-    (dict.fromkeys(range(6, 18), 100), 1),
-    ({6: 10**9, 16: 1}, 60),
-)
-def test_stations_and_robots_are_guessed_from_the_load(items: Mapping[int, int], stations: int) -> None:
-    size, found = size_for(100, demand(items))
-    assert abs(size.stations - stations) <= 2
-    assert max(size.sides) <= (size.rows - 1) // 2
-    assert 4 * size.stations <= size.robots <= size.locations // 2 or size.robots == size.locations // 2
-    assert set(size.capped) == ({"stations", "robots"} if stations == 60 else set())
-    assert all(wanted > getattr(size, what) for what, wanted in size.capped.items())
-    if found[0].percent is not None and size.stations < 60:
-        assert found[0].percent <= 80
-        assert found[0].peak_percent <= 100
-
-
-def test_sides_are_filled_one_after_the_other() -> None:
-    assert [Size(7, 2, stations, 8).sides for stations in (1, 3, 4, 6)] == [(1, 0), (3, 0), (3, 1), (3, 3)]
 
 
 def test_a_run_says_it_before_it_begins(tmp_path, monkeypatch, capsys) -> None:
