@@ -82,7 +82,7 @@ class Simulation:
         self.env, self.view, self._tell = self.context.env, self.context.view, self.context.tell
         self.motion = opening.warehouse.travel.motion
         self.services, self.hours = opening.services, opening.hours
-        self.info = RunInfo(scenario, instance, layout, self.motion, self.view, out, rules.pp.traits.reserves is not None)
+        self.info = RunInfo(scenario, instance, layout, self.motion, self.view, out, bool(rules.pp.traits.reserves))
         # What changes in the run, besides the warehouse
         self._at_stations = opening.at_stations
         self.waiting_for_slot: list[list[tuple[simpy.Event, Robot]]] = [[] for _ in self.warehouse.stations]

@@ -10,8 +10,8 @@ With T the hours of the run after its warm-up, the parts are
     lateness       late_order * late orders + late_h * hours by which they are late
 
 A picker is also paid through an outage of the station that begins in these hours. Energy is what the batteries gave, by
-the draws of ``robots.battery``; without batteries it is the metric ``energy_wh``. Orders are done when they are packed, where packing is simulated, or else picked. One that is due and not done is late
-up to the end of the run.
+the draws of ``robots.battery``; without batteries it is the metric ``energy_wh``. Orders are done when they are packed,
+where packing is simulated, or else picked. One that is due and not done is late up to the end of the run.
 """
 
 from __future__ import annotations

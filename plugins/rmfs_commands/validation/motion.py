@@ -96,9 +96,7 @@ class MotionCheck:
         if event.wait_ticks and not self.traffic:
             self.traffic = True  # told once
             waits = f"{self.case.robot(event.robot)} waits for {seconds(event.wait_ticks)} before a run"
-            self.case.add(
-                "rule", event.tick, f"{waits}, but the scenario's PP rule, {NOBODY_WAITS}, lets nobody wait"
-            )
+            self.case.add("rule", event.tick, f"{waits}, but the scenario's PP rule, {NOBODY_WAITS}, lets nobody wait")
         lane = self.case.lane[event.origin]
         in_line = lane >= 0 and event.robot in self.state.stations[lane].line
         waited = event.pod is not None and event.start_tick + event.wait_ticks > robot.free_tick

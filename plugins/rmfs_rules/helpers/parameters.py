@@ -13,7 +13,7 @@ SHARE, SHARE_ABOVE_0 = validators.and_(NOT_NEGATIVE, validators.le(1)), validato
 
 
 def finite(_rule: object, checked: Attribute[Any], value: float) -> None:
-    """Refuse, as scenarios do, a number that rules cannot count with: an infinite one, NaN, or one that is too large."""
+    """Refuse, as scenarios do, a number that rules cannot count with: infinite, NaN, or too large."""
     if not abs(value) < MOST:
         raise ValueError(f"expected a finite number below {MOST:g} as {checked.name}, found {value:g}")
 
