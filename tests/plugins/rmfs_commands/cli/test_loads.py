@@ -24,21 +24,15 @@ RULES = RulesSection(poa=RuleChoice("first-come"), pps=RuleChoice("demand"))
 BEGUN = {"line_s": 45.0, "order_s": 900.0, "speed": {"1": 2.0}}
 
 
-def demand(items: Mapping[int, int]) -> Demand:
-    """Return a demand of one-item lines: an order in the middle of each given hour."""
-    found = Demand()
+def reckoned(items: Mapping[int, int], stations: int = 3, **keys: Any) -> tuple[Load, ...]:
+    """Return the loads, by orders in the middle of hours, of pickers who handle 60 items an hour each, and of robots."""
+    demand = Demand()
     for hour, number in items.items():
-        found.add(hour * H + H // 2, number, number, 1)
-    return found
-
-
-def reckoned(items: Mapping[int, int], stations: int = 3, **keys: Any) -> tuple[Load, Load]:
-    """Return the loads of pickers who handle 60 items an hour each, and of a robot each."""
+        demand.add(hour * H + H // 2, number, number, 1)
     section = StationsSection(pick_s=60, handle_s=60, open=keys.get("open"), **keys.get("begun", {}))
     robots = RobotsSection(count=stations, available=keys.get("available"))
     scenario = Scenario(rules=RULES, stations=section, robots=robots, run=RunSection(until_s=keys.get("until_s")))
-    pickers, of_robots = loads_of(scenario, small_layout(stations), demand(items))
-    return pickers, of_robots
+    return tuple(loads_of(scenario, small_layout(stations), demand))
 
 
 @cases(

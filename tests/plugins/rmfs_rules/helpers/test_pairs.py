@@ -57,9 +57,8 @@ def view(**changes: object) -> WarehouseView:
 
 def test_values_of_lines_are_summed_by_order() -> None:
     world = view()
-    quantities = world.backlog_lines.quantity
-    assert sum_per_order(world, quantities).tolist() == [3, 1, 6]
-    assert sum_per_order(world, np.ones_like(quantities)).tolist() == [2, 1, 3]
+    assert sum_per_order(world, world.backlog_lines.quantity).tolist() == [3, 1, 6]
+    assert sum_per_order(world, np.ones_like(world.backlog_lines.quantity)).tolist() == [2, 1, 3]
     assert check_rule(PodMatch(tie_break="random", late_first=True, fast_lane=2)).findings == ()
 
 
