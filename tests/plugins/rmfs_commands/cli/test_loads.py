@@ -25,7 +25,7 @@ BEGUN = {"line_s": 45.0, "order_s": 900.0, "speed": {"1": 2.0}}
 
 
 def reckoned(items: Mapping[int, int], stations: int = 3, **keys: Any) -> tuple[Load, ...]:
-    """Return the loads, by orders in the middle of hours, of pickers who handle 60 items an hour each, and of robots."""
+    """Return the loads, by orders in the middle of hours, of pickers for 60 items an hour each, and of robots."""
     demand = Demand()
     for hour, number in items.items():
         demand.add(hour * H + H // 2, number, number, 1)
