@@ -44,12 +44,17 @@ def main() -> None:
     given = parser.parse_args()
     orders, arrivals = read_orders(given.table)
     hours, minutes = map(int, given.start.split(":"))
+    cut = sum(len(order) > given.longest for order in orders)
     lines = per_mille(np.bincount([min(len(order), given.longest) for order in orders])[1:])
     counts = np.bincount([sku for order in orders for sku in order])
     demand = fit_demand(counts)
     print(f"# {len(orders)} orders, {counts.sum()} lines, {len(counts)} SKUs; the tenth of SKUs that is wanted most")
     print(f"# has {np.sort(counts)[::-1][: len(counts) // 10].sum() / counts.sum():.0%} of the lines, and here")
     print(f"# {sku_demand(len(counts), demand)[: len(counts) // 10].sum():.0%}.")
+    if cut:
+        print(f"# {cut} orders are longer than {given.longest} lines (--longest), and count as that long.")
+    if demand.shift == SHIFTS[-1]:
+        print(f"# The shift is the largest that is tried, {SHIFTS[-1]:g}: a larger one may fit better.")
     together = fit_together(orders, len(counts), lines, demand)
     print(f"lines = {lines}")
     print(f"demand = {{ exponent = {demand.exponent}, shift = {demand.shift}, ", end="")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +21,8 @@ from rmfs_commands.cli.options import (
 from rmfs_commands.cli.screen import new_table, output_console, print_json, say, tell
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from rmfs_commands.benchmark.claims import Claim
     from rmfs_commands.benchmark.sets import Frozen
     from rmfs_commands.cli.grids import Grid
@@ -345,13 +349,30 @@ def _keep(file: Path | None, claim: Claim, known: Sequence[Claim]) -> bool:
 
 
 def _show(grid: Grid, columns: int = 20) -> None:
-    """Print a grid, its first columns; the last of them may take several lines."""
+    """Print a grid, its first columns; the last of them may take several lines.
+
+    Where it is too wide, rows with the same first cell stand below it.
+    """
+    from rich.measure import Measurement
+
+    console, rows = output_console(), [row[:columns] for row in grid.rows]
+    shown = _table(grid.title, grid.columns[:columns], rows, grid.right)
+    wide = Measurement.get(console, console.options.update(max_width=10_000), shown).maximum > console.width
+    if wide and len({first for first, *_ in rows}) < len(rows):
+        (first, second, *headings), below = grid.columns[:columns], []
+        for name, group in groupby(rows, itemgetter(0)):
+            below += [(name, *[""] * len(headings)), *((f"  {one}", *cells) for _, one, *cells in group)]
+        shown = _table(grid.title, (f"{first}\n  {second}", *headings), below, [number - 1 for number in grid.right])
+    console.print(shown)
+
+
+def _table(title: str, headings: Sequence[str], rows: Iterable[Sequence[str]], right: Collection[int]) -> Table:
     from rich.text import Text
 
-    shown, headings = new_table(grid.title or None), grid.columns[:columns]
+    table = new_table(title or None)
     for number, heading in enumerate(headings):
-        last = number == len(headings) - 1 and number not in grid.right
-        shown.add_column(heading, justify="right" if number in grid.right else "left", no_wrap=not last)
-    for row in grid.rows:
-        shown.add_row(*map(Text, row[:columns]))
-    output_console().print(shown)
+        last = number == len(headings) - 1 and number not in right
+        table.add_column(heading, justify="right" if number in right else "left", no_wrap=not last)
+    for row in rows:
+        table.add_row(*map(Text, row))
+    return table

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from attrs import define, field
 
 from rmfs_core import TaskAssignment, hookimpl
-from rmfs_rules.helpers.parameters import FINITE, NOT_NEGATIVE, parameter
+from rmfs_rules.helpers.parameters import NOT_NEGATIVE, finite, parameter
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Pod, Robot, WarehouseView
@@ -39,7 +39,7 @@ class Balanced:
     """
 
     reallocation_s: float = parameter(
-        30.0, [NOT_NEGATIVE, FINITE], "Least simulated time between two reallocations", "s"
+        30.0, [NOT_NEGATIVE, finite], "Least simulated time between two reallocations", "s"
     )
     help_others: bool = parameter(True, None, "Whether a robot without work at its own station fetches pods for others")
     station_of: dict[int, int] = field(init=False, factory=dict)

@@ -25,7 +25,6 @@ __all__ = [
     "assign_best_pairs",
     "cheapest",
     "items_per_order",
-    "lines_at",
     "nearest_free_location",
     "pod_at",
     "send_pods",
@@ -46,12 +45,6 @@ def sum_per_order(warehouse: WarehouseView, line_values: NDArray[np.int64]) -> N
     """Add up one value per open line to one value per order of the backlog, by position in the backlog."""
     sums = np.bincount(warehouse.backlog_lines.order, weights=line_values, minlength=len(warehouse.backlog))
     return sums.astype(np.int64)
-
-
-def lines_at(warehouse: WarehouseView, position: int) -> slice:
-    """Return where the open lines of the order at a position of the backlog are in ``warehouse.backlog_lines``."""
-    order = warehouse.backlog_lines.order
-    return slice(int(order.searchsorted(position)), int(order.searchsorted(position + 1)))
 
 
 def ticks_to_station(warehouse: WarehouseView, pod: Pod, station: Station) -> int:

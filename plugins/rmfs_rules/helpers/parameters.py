@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-from attrs import field, validators
+from attrs import Attribute, field, validators
+
+from rmfs_core.rules.parameters import MOST
 
 NOT_NEGATIVE, POSITIVE, AT_LEAST_1 = validators.ge(0), validators.gt(0), validators.ge(1)
-FINITE = validators.lt(math.inf)
 SHARE, SHARE_ABOVE_0 = validators.and_(NOT_NEGATIVE, validators.le(1)), validators.and_(POSITIVE, validators.le(1))
+
+
+def finite(_rule: object, checked: Attribute[Any], value: float) -> None:
+    """Refuse, as scenarios do, a number that rules cannot count with: infinite, NaN, or too large."""
+    if not abs(value) < MOST:
+        raise ValueError(f"expected a finite number below {MOST:g} as {checked.name}, found {value:g}")
 
 
 def parameter(default: Any, check: Any, doc: str, unit: str | None = None, **more: Any) -> Any:

@@ -9,7 +9,7 @@ from attrs import define, validators
 
 from rmfs_core import Path, hookimpl
 from rmfs_core.clock import to_ticks
-from rmfs_rules.helpers.parameters import AT_LEAST_1, FINITE, POSITIVE, parameter
+from rmfs_rules.helpers.parameters import AT_LEAST_1, POSITIVE, finite, parameter
 from rmfs_rules.helpers.searching import Asked, search_once
 from rmfs_rules.whca import compiled
 from rmfs_traffic import FOREVER, timed_path
@@ -39,7 +39,7 @@ class WhcaN:
     window_s: float = parameter(
         20.0, POSITIVE, "Simulated time that a path is planned ahead; inf plans to the goal", "s", infinite=True
     )
-    wait_s: float = parameter(2.0, [validators.ge(0.001), FINITE], "Simulated time of a wait", "s")
+    wait_s: float = parameter(2.0, [validators.ge(0.001), finite], "Simulated time of a wait", "s")
     max_nodes: int = parameter(100_000, AT_LEAST_1, "Nodes after which a search gives up, as if there were no path")
 
     def prepare(self, roads: Roads) -> None:

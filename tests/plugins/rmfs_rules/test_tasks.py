@@ -77,7 +77,7 @@ def test_shares_are_kept_for_a_while() -> None:
 @cases(
     "rule wrong problem",
     (Assignment, {"defer_s": -1}, "'defer_s' must be >= 0"),
-    *((Balanced, {"reallocation_s": value}, "must be (>= 0|< inf)") for value in (-1.0, math.inf, math.nan)),
+    *((Balanced, {"reallocation_s": value}, "must be >= 0|a finite number") for value in (-1.0, math.inf, math.nan)),
     (ChargeWhenLow, {"low": 0.5, "full": 0.5}, "expected low below full"),
     (ChargeWhenLow, {"low": 0.1, "full": 1.5}, "'full' must be <= 1"),
     (ChargeWhenLow, {"low": -0.1, "full": 0.5}, "low"),

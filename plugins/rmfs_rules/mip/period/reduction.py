@@ -196,8 +196,9 @@ class Reduced:
 
     def _few_sizes(self, room: int) -> list[int]:
         """Return the sizes of the orders, each as often as it fits the capacity at most."""
-        numbers = np.bincount(self.sizes[self.sizes > 0])
-        return [size for size, n in enumerate(numbers[: room + 1].tolist()) if n for _ in range(min(n, room // size))]
+        sizes, numbers = np.unique(self.sizes[(self.sizes > 0) & (self.sizes <= room)], return_counts=True)
+        found = zip(sizes.tolist(), numbers.tolist(), strict=True)
+        return [size for size, n in found for _ in range(min(n, room // size))]
 
     def wanted(self, station: int) -> NDArray[np.bool_]:
         """Return the SKUs of lines that can be assigned to a station (for integrated: with their whole order)."""

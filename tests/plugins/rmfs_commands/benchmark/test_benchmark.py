@@ -327,6 +327,10 @@ class TestCommand:
         assert "known before" in capsys.readouterr().out
         assert check_result(tmp_path, SET).metrics["turnover_s"] > 0
 
+    def test_the_table_is_whole_in_80_columns(self, capsys: Any) -> None:
+        assert exit_code("benchmark", "table") == 0
+        assert "…" not in capsys.readouterr().out
+
     @cases("ending begins", (".csv", "Instance,Objective,"), (".tex", "\\begin{table"), (".md", "## Best known values"))
     def test_the_table_is_written(self, ending: str, begins: str, tmp_path: Path) -> None:
         assert exit_code("benchmark", "table", "start-50-*", "--table", str(tmp_path / f"t{ending}")) == 0

@@ -13,7 +13,6 @@ from calling import exit_code
 from cases import cases
 from replenished import scenario_of
 from rmfs_commands.cli.loads import Demand, Load, load_line, load_sentences, load_warnings, loads, loads_of
-from rmfs_commands.convert.scenarios import Size, size_for
 from rmfs_commands.testing import small_layout
 from rmfs_core.scenario import Scenario, load_scenario
 from rmfs_core.scenario.model import RobotsSection, RuleChoice, RulesSection, RunSection, StationsSection
@@ -25,21 +24,15 @@ RULES = RulesSection(poa=RuleChoice("first-come"), pps=RuleChoice("demand"))
 BEGUN = {"line_s": 45.0, "order_s": 900.0, "speed": {"1": 2.0}}
 
 
-def demand(items: Mapping[int, int]) -> Demand:
-    """Return a demand of one-item lines: an order in the middle of each given hour."""
-    found = Demand()
+def reckoned(items: Mapping[int, int], stations: int = 3, **keys: Any) -> tuple[Load, ...]:
+    """Return the loads, by orders in the middle of hours, of pickers for 60 items an hour each, and of robots."""
+    demand = Demand()
     for hour, number in items.items():
-        found.add(hour * H + H // 2, number, number, 1)
-    return found
-
-
-def reckoned(items: Mapping[int, int], stations: int = 3, **keys: Any) -> tuple[Load, Load]:
-    """Return the loads of pickers who handle 60 items an hour each, and of a robot each."""
+        demand.add(hour * H + H // 2, number, number, 1)
     section = StationsSection(pick_s=60, handle_s=60, open=keys.get("open"), **keys.get("begun", {}))
     robots = RobotsSection(count=stations, available=keys.get("available"))
     scenario = Scenario(rules=RULES, stations=section, robots=robots, run=RunSection(until_s=keys.get("until_s")))
-    pickers, of_robots = loads_of(scenario, small_layout(stations), demand(items))
-    return pickers, of_robots
+    return tuple(loads_of(scenario, small_layout(stations), demand))
 
 
 @cases(
@@ -164,29 +157,6 @@ def test_hours_out_of_service_are_none() -> None:
     assert [load.wanted_h for load in found[:2]] == [load.wanted_h for load in before[:2]]
     assert found[0].done_h > before[0].done_h
     assert ", 10 % of the time out of service" in "".join(load_sentences(found))
-
-
-@cases(
-    "items stations",
-    ({6: 300, 16: 300}, 4),  # 80 % over all the time would be one station, but the peak hour wants three and more
-    ({0: 40}, 1),
-    (dict.fromkeys(range(6, 18), 100), 1),
-    ({6: 10**9, 16: 1}, 60),
-)
-def test_stations_and_robots_are_guessed_from_the_load(items: Mapping[int, int], stations: int) -> None:
-    size, found = size_for(100, demand(items))
-    assert abs(size.stations - stations) <= 2
-    assert max(size.sides) <= (size.rows - 1) // 2
-    assert 4 * size.stations <= size.robots <= size.locations // 2 or size.robots == size.locations // 2
-    assert set(size.capped) == ({"stations", "robots"} if stations == 60 else set())
-    assert all(wanted > getattr(size, what) for what, wanted in size.capped.items())
-    if found[0].percent is not None and size.stations < 60:
-        assert found[0].percent <= 80
-        assert found[0].peak_percent <= 100
-
-
-def test_sides_are_filled_one_after_the_other() -> None:
-    assert [Size(7, 2, stations, 8).sides for stations in (1, 3, 4, 6)] == [(1, 0), (3, 0), (3, 1), (3, 3)]
 
 
 def test_a_run_says_it_before_it_begins(tmp_path, monkeypatch, capsys) -> None:

@@ -3,7 +3,7 @@
 import gzip
 import io
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -14,11 +14,12 @@ import pytest
 import rmfs_core
 from calling import refusal, refused
 from cases import cases
+from rmfs_commands.cli.loads import Demand
 from rmfs_commands.cli.main import main
 from rmfs_commands.convert.cleaning import Choice, Cleaner, Columns, Reader
 from rmfs_commands.convert.lines import OrderLines, Sku
 from rmfs_commands.convert.quantities import Quantities
-from rmfs_commands.convert.scenarios import scenario_of
+from rmfs_commands.convert.scenarios import scenario_of, size_for
 from rmfs_commands.convert.tables import Table
 from rmfs_commands.convert.time_formats import Moment
 from rmfs_core.errors import InputError
@@ -351,6 +352,28 @@ def test_a_scenario_has_room_for_the_pods(pods: int) -> None:
     scenario = tomllib.loads(scenario_of(pods))
     assert 8 * scenario["layout"]["block_rows"] * scenario["layout"]["block_columns"] > pods
     assert "start" not in scenario["instance"]
+
+
+@cases(
+    "items stations",
+    ({6: 300, 16: 300}, 4),  # 80 % over all the time would be one station, but the peak hour wants three and more
+    (dict.fromkeys(range(6, 18), 100), 1),
+    ({6: 10**9, 16: 1}, 60),
+)
+def test_stations_and_robots_are_guessed_from_the_load(items: Mapping[int, int], stations: int) -> None:
+    demand = Demand()
+    for hour, number in items.items():
+        demand.add(3_600_000 * hour, number, number, 1)
+    size, found = size_for(100, demand)
+    assert abs(size.stations - stations) <= 2
+    assert sum(size.sides) == size.stations
+    assert max(size.sides) <= (size.rows - 1) // 2
+    assert 4 * size.stations <= size.robots <= size.locations // 2 or size.robots == size.locations // 2
+    assert set(size.capped) == ({"stations", "robots"} if stations == 60 else set())
+    assert all(wanted > getattr(size, what) for what, wanted in size.capped.items())
+    if size.stations < 60:
+        assert found[0].percent <= 80
+        assert found[0].peak_percent <= 100
 
 
 ALL = Columns("order", "sku", "time", "qty")

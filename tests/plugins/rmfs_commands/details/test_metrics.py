@@ -248,8 +248,7 @@ DOWN_TWICE = [(kind, t) for kinds, t in ((DOWN, 5_000), (UP, 15_000), (DOWN, 30_
     (DAY, [(StationClosed, 10_000), (StationOpened, 55_000)], "open_s", [26, 20, 5, 0, 51], 60),
     # out of service while items are to be picked, and later with an item in hand
     (FAILS, DOWN_TWICE, "down_s", [26, 10, 14, 4, 10], 0),
-    # out of service with nothing to pick, which its picker waits for
-    (FAILS, [(kind, 50_000) for kind in DOWN], "down_s", [26, 20, 4, 4, 10], 0),
+    (FAILS, [(kind, 50_000) for kind in DOWN], "down_s", [26, 20, 4, 4, 10], 0),  # nothing is to be picked
 )
 def test_a_station_that_is_closed_or_out_of_service(tiny: RunInfo, section, events, column, seconds, other) -> None:
     assert Stations(tiny).values(0, 60_000) == {}
@@ -313,11 +312,7 @@ TRUCKS = ("instance.departures.times=[20, 60, 5000]", "instance.departures.cutof
 PRICES = "costs={picker_per_h=36, packer_per_h=18, robot_per_h=3.6, late_order=2, late_h=36}"
 PACKED = ("packing={packers=1, sorters=1, conveyor_s=5}",)
 SHIFT = ('stations.open=[["00:01", "00:02"]]', 'robots.available=[["00:00", "00:01"], ["00:01", "24:00", 2]]')
-
-
 FAILING = ("stations.outages={mtbf_h=0.01, mttr_s=20}", SHIFT[0])
-
-
 RUNS = (0, 0, ()), (0, 0, PACKED), (0, 0, SHIFT), (0, 70, ()), (30, 0, PACKED), (0, 40, PACKED), (0, 0, FAILING)
 
 

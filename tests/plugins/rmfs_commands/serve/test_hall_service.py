@@ -227,10 +227,7 @@ def test_lines_name_their_hall(rmfs: tuple[str, ...]) -> None:
     (["--hall", f"a={SMALL}", "--rule", "pod-match", "--stdio"], "found --rule with --hall"),
     (["--rule", "pod-match", "--journal", "x", "--stdio"], "found --journal with --rule"),
     (["--hall", f"a={SMALL}"], "needs --journal"),
-    (
-        ["--hall", f"a={SMALL}", "--journal", __file__, "--stdio"],
-        "test_hall_service.py: found a file; expected a folder",
-    ),
+    (["--hall", f"a={SMALL}", "--journal", __file__, "--stdio"], "_service.py: found a file; expected a folder"),
 )
 def test_what_cannot_be_served_is_refused(capsys: Any, arguments: list[str], problem: str) -> None:
     assert problem in refused(capsys, main, ["serve", *arguments])

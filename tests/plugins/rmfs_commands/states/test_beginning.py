@@ -287,11 +287,7 @@ SLOW = "instance.orders=9 instance.arrivals.process=poisson instance.arrivals.or
     ({}, "stations.order_capacity=5", "stations.1.item_capacity: found 15; expected the scenario's stations.ord"),
     ({"layout": {"blocks": {"block_rows": 5, "stations_east": 2}}}, "", "layout: found another grid"),
     ({"robots": {"r": {"cell": 9, "task": "P1"}}}, "", "robots: found 1; expected the scenario's"),
-    (
-        CARRIED | {"robots": CARRIED["robots"] | {"4": {"cell": 45}}},
-        "",
-        "by-hand.json, robots: robots 4 and 3 have row",
-    ),
+    (CARRIED | {"robots": CARRIED["robots"] | {"4": {"cell": 45}}}, "", "by-hand.json, robots: robots 4 and 3 have ro"),
     ({}, "run.until_s=60", "run.until_s=60: found 60, but the state is of 36000 s"),
     ({"robots": {name: {"cell": 30 + int(name), "in_service": name != "2"} for name in "1234"}}, "", "robots.2.in_s"),
     (

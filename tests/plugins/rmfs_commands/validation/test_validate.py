@@ -284,7 +284,6 @@ def test_a_scenario_without_its_stations_is_refused(day: Trace, key: str) -> Non
 
 @cases(
     "rules apart expected",
-    ({"pp": "free-flow"}, True, False),
     ({"pp": {"rule": "free-flow"}}, True, False),
     ({"pp": "./mine.py:Mine"}, False, False),
     ({"pp": {"rule": "whca-n", "window_s": 9}}, True, True),
