@@ -26,7 +26,7 @@ class Literal:
         self.room = [0 if station is without else station.free_capacity for station in self.stations]
         self.load = [station.load for station in self.stations]
         self.inbound = [len(station.inbound_pods) for station in self.stations]
-        self.placed = [{request.order for request in station.open_requests} for station in self.stations]
+        self.placed = [{o for o in warehouse.backlog if o.has_place_at(station.id)} for station in self.stations]
         picking = {pod: [at for at in pod.bound_for if at < len(self.stations)] for pod in warehouse.pods}
         self.last = {pod: stations[-1] for pod, stations in picking.items() if stations}
         self.movable = {*warehouse.free_pods, *warehouse.leaving_pods}
