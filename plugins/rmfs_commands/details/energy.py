@@ -29,7 +29,7 @@ import math
 from collections import Counter
 from collections.abc import Callable
 
-from rmfs_commands.details.spans import Handlers, Number, ratio
+from rmfs_commands.details.spans import TICKS_PER_HOUR, Handlers, Number, ratio
 from rmfs_core.clock import TICKS_PER_S, to_seconds
 from rmfs_core.events import PodLifted, RobotMoved
 from rmfs_core.info import RunInfo
@@ -40,8 +40,8 @@ ROLLING, EFFICIENCY = 0.015, 0.8
 SIDE_M, HALF_TRACK_M, LIFT_M = 0.9, 0.3, 0.05
 GRAVITY_M_PER_S2 = 9.81
 J_PER_WH = 3600
-HOUR = 3600 * TICKS_PER_S
 AT_ONCE = 512
+"""How many runs are counted at once."""
 
 PARTS = ("acceleration", "rolling", "turns", "lifts")
 
@@ -74,7 +74,7 @@ class Energy:
         """Count runs: by hour, whether they count, metres, ticks of the turn, and whether the robot is loaded."""
         begin = self._begin
         self._runs.update(
-            (one.tick // HOUR, one.tick >= begin, one.distance_m, one.turn_ticks, one.pod is not None)
+            (one.tick // TICKS_PER_HOUR, one.tick >= begin, one.distance_m, one.turn_ticks, one.pod is not None)
             for one in self._told
         )
         self._told.clear()

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rmfs_commands.details.energy import HOUR
-from rmfs_commands.details.spans import Count, Handlers
+from rmfs_commands.details.spans import TICKS_PER_HOUR, Count, Handlers
 from rmfs_core.events import (
     Event,
     ItemPicked,
@@ -40,7 +39,7 @@ class Hours:
     def __init__(self, run: RunInfo) -> None:
         self._rows: list[dict[str, Any]] = []
         self._began, self._since = run.began or 0, run.since
-        self._first = self._began // HOUR
+        self._first = self._began // TICKS_PER_HOUR
         self._over = 0  # when the last of them is
         self._backlog = 0
         cancelled = any(order.cancelled_tick is not None for order in run.instance.orders)
@@ -71,7 +70,7 @@ class Hours:
         self._backlog += 1
 
     def _assigned(self, event: OrderAssigned) -> None:
-        self._until(event.tick // HOUR)
+        self._until(event.tick // TICKS_PER_HOUR)
         self._backlog -= event.complete
 
     def _cancelled(self, event: OrderCancelled) -> None:
@@ -80,7 +79,7 @@ class Hours:
 
     def _count(self, event: Event, what: str) -> None:
         if event.tick >= self._over:
-            self._until(event.tick // HOUR)
+            self._until(event.tick // TICKS_PER_HOUR)
         self._row[what] += event.tick >= self._since
 
     def _until(self, hour: int) -> None:
@@ -91,7 +90,7 @@ class Hours:
             begin = {"hour": begins, "start_s": begins * 3600}
             self._row: dict[str, Any] = {**begin, **dict.fromkeys(self._counted, 0), "backlog": 0}
             self._rows.append(self._row)
-            self._over = (begins + 1) * HOUR
+            self._over = (begins + 1) * TICKS_PER_HOUR
 
     def rows(
         self, end: int, metres: Mapping[int, int], more: Mapping[str, Count] | None = None
@@ -101,11 +100,11 @@ class Hours:
         ``metres`` are those that robots drove, by hour. ``stations_open`` and ``robots_on_duty``, where stations or
         robots come and go, are means over the hour, and so are ``more``.
         """
-        self._until(max([max(end - 1, 0) // HOUR, *metres]))
+        self._until(max([max(end - 1, 0) // TICKS_PER_HOUR, *metres]))
         self._rows[-1]["backlog"] = self._backlog
         for row in self._rows:
-            begin = max(row["hour"] * HOUR, self._began)
-            until = max(min((row["hour"] + 1) * HOUR, end), begin)
+            begin = max(row["hour"] * TICKS_PER_HOUR, self._began)
+            until = max(min((row["hour"] + 1) * TICKS_PER_HOUR, end), begin)
             row["distance_m"] = metres.get(row["hour"], 0)
             for column, number in {**self._there, **(more or {})}.items():
                 row[column] = round(number.mean(begin, until), 3)

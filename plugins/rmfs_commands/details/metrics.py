@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from rmfs_commands.details.catalogue import METRICS
-from rmfs_commands.details.spans import Number, goes_on, ratio
+from rmfs_commands.details.spans import TICKS_PER_HOUR, Number, goes_on, ratio
 from rmfs_core.clock import TICKS_PER_S, to_seconds, to_ticks
 from rmfs_core.events import (
     DecisionMade,
@@ -28,8 +28,6 @@ from rmfs_core.world import Instance
 
 if TYPE_CHECKING:
     from rmfs_core.info import RunInfo
-
-TICKS_PER_HOUR = 3600 * TICKS_PER_S
 
 
 class Metrics:

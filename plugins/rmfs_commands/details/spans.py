@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rmfs_core.clock import to_seconds
+from rmfs_core.clock import TICKS_PER_S, to_seconds
 from rmfs_core.events import Event
 from rmfs_core.info import RunInfo
 
+TICKS_PER_HOUR = 3600 * TICKS_PER_S
 Span = tuple[int, int]
 Number = int | float | None
 Handlers = Mapping[type[Event], Callable[[Any], None]]

@@ -13,7 +13,7 @@ MOST_NESTED = 50
 _HEADER = re.compile(r"^\s*\[\[?(?P<keys>[^\]]+)\]\]?\s*(#.*)?$")
 _PART = r"(?:[A-Za-z0-9_-]+|\"[^\"\\]*\"|'[^']*')"
 _ASSIGNMENT = re.compile(rf"^\s*(?P<keys>{_PART}(?:\s*\.\s*{_PART})*)\s*=")
-JSON = "found JSON; expected a scenario, for a real day with `--journal`, not a result"
+JSON = "found JSON (a result?); to run a day again, give its scenario and `--journal`"
 
 
 def read_toml(text: str) -> dict[str, Any]:

@@ -129,7 +129,10 @@ BAD_FILES = [
     # no TOML at all
     ("seed = " + "9" * 5000, ": this is no valid TOML: found a number of more than 4,300 digits"),
     ("seed = 1\nrobots = ", ", line 2, column 10: this is no valid TOML: Invalid value; texts need quotes"),
-    ("{}", ": this is no valid TOML: found JSON; expected a scenario, for a real day with `--journal`, not a result"),
+    (
+        "{}",
+        ": this is no valid TOML: found JSON (a result?); to run a day again, give its scenario and `--journal`",
+    ),
     ("seed = 1\nseed = 2", ", line 2, column 9: this is no valid TOML: Cannot overwrite a value"),
     # two mistakes: the first in the file, whatever the order of the keys in the documentation
     (
