@@ -6,8 +6,10 @@ move round in a ring. Robots that move one after another so can drive so, whatev
 
 LaCAM looks for a sequence of configurations depth first. It makes the next configuration of one by PIBT: robots choose
 their moves in the order of a priority that grows until they are at their goals, and push robots that have not chosen
-yet out of their ways. In a corridor, where two robots have to change places, one is led backwards until the other can
-pass. If that goes round in circles, the search forces moves on more and more robots of a configuration: it is complete.
+yet out of their ways. Of those that push or follow one another, the first few move in a step and the others later: each
+sets out when the one ahead has left its cell, so a long column takes many times a step. In a corridor, where two robots
+have to change places, one is led backwards until the other can pass. If that goes round in circles, the search forces
+moves on more and more robots of a configuration: it is complete.
 
 Sources: K. Okumura, LaCAM: search-based algorithm for quick multi-agent pathfinding, AAAI 2023,
 https://doi.org/10.1609/aaai.v37i10.26377; K. Okumura, M. Machida, X. Defago, Y. Tamura, Priority inheritance with
@@ -33,8 +35,12 @@ from rmfs_traffic import FOREVER, Query, Roads, TimedPath, timed_path
 
 FAR = 1 << 30
 """Steps to a goal from where there is no way to it."""
+BEHIND = 3
+"""How many robots follow one in a step, each into the cell that the one ahead leaves."""
 Cells = tuple[int, ...]
 Moves = tuple[tuple[int, int], ...]
+_Options = tuple[int, Iterator[int], tuple[int, int] | None]
+"""Of a robot in a step: the cells that it may choose, the best first, and whom it leads if it gets which one."""
 
 
 @define(eq=False)
@@ -175,13 +181,15 @@ class _Step:
         self.taken.add(cell)
 
     def _may(self, robot: int, cell: int) -> bool:
-        """Whether nobody else moves to a cell, and the robot would not move after others that move after itself."""
-        if cell in self.taken:
-            return False
-        ahead = None if cell == self.now[robot] else self.at.get(cell)
+        """Whether nobody else moves to a cell, and the robot would follow few others, none of which follows it."""
+        return cell not in self.taken and self._behind(robot, cell) <= BEHIND
+
+    def _behind(self, robot: int, cell: int) -> int:
+        """Return how many robots, of those that have chosen, a robot would follow to a cell; `FAR` in a ring."""
+        behind, ahead = 0, None if cell == self.now[robot] else self.at.get(cell)
         while ahead in self.to and ahead != robot:
-            ahead = self.at.get(self.to[ahead])
-        return ahead != robot
+            behind, ahead = behind + 1, self.at.get(self.to[ahead])
+        return FAR if ahead == robot else behind
 
     def _moves(self, first: int) -> bool:
         """Choose a move for a robot, and for all that it pushes; False if it can neither move nor stay."""
@@ -196,20 +204,28 @@ class _Step:
             self._choose(robot, cell)
             pushed = self.at.get(cell, robot)
             if pushed in self.to:
-                for robot, _, led in reversed(pushing):
-                    if led is not None and self.to[robot] == led[0]:
-                        self._lead(led[1], self.now[robot])
+                self._settle(pushing, BEHIND + 1 - self._behind(robot, cell))
                 return True
             pushing.append(self._options(pushed))
         return False
 
-    def _lead(self, robot: int, cell: int) -> None:
-        """Have a robot follow another one that backs out of its way."""
-        if robot not in self.to and cell not in self.taken:
-            self._choose(robot, cell)
+    def _settle(self, pushing: Sequence[_Options], number: int) -> None:
+        """Let so many of the last of some robots move that push one another, and whom they lead; the others stay.
 
-    def _options(self, robot: int) -> tuple[int, Iterator[int], tuple[int, int] | None]:
-        """Return a robot, the cells that it may choose, the best first, and whom it leads if it gets the best.
+        All move where the first has to, for a forced move leads into its cell.
+        """
+        staying = [] if self.now[pushing[0][0]] in self.taken else pushing[:-number]
+        for robot, _, led in reversed(pushing[len(staying) :]):
+            if led is not None and self.to[robot] == led[0]:
+                other, cell = led[1], self.now[robot]
+                if other not in self.to and self._may(other, cell):
+                    self._choose(other, cell)
+        self.taken.difference_update([self.to[robot] for robot, *_ in staying])
+        for robot, *_ in staying:
+            self._choose(robot, self.now[robot])
+
+    def _options(self, robot: int) -> _Options:
+        """Return the options of a robot, the cell that it wants first.
 
         Where it has to change places with another one, it backs out, and the other follows.
         """
