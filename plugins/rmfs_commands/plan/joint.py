@@ -3,7 +3,8 @@
 The first paths are slow, for robots push each other out of their ways. Each robot plans again alone, all others keeping
 their paths, in rounds until one takes back less than a hundredth of all delay. Then a robot with a delay and some of
 those in its way give up theirs and plan again in another order; what costs less is kept. At last each robot plans again
-alone until none arrives earlier.
+alone until none arrives earlier. Robots that first paths bring elsewhere than to their goals keep these, if none finds
+another one when the first paths are there.
 
 Nothing depends on seconds: effort is counted in queries.
 
@@ -21,9 +22,9 @@ from attrs import evolve
 
 from rmfs_commands.plan.lacam import first_paths
 from rmfs_commands.plan.movingai import Trip
-from rmfs_commands.plan.planning import Plan, Planner, plan_trips
+from rmfs_commands.plan.planning import Plan, Planner
 from rmfs_core.world import NORTH
-from rmfs_traffic import Occupancy, Query, Reservations, Roads, TimedPath, occupancy, timed_path
+from rmfs_traffic import FOREVER, Occupancy, Query, Reservations, Roads, TimedPath, occupancy, timed_path
 
 CONFIGURATIONS = 10_000
 """How many configurations the search for first paths makes at most, besides one for each cell of the longest way."""
@@ -40,7 +41,7 @@ FRUITLESS = 5
 def plan_jointly(
     roads: Roads, planner: Planner, trips: Sequence[Trip], effort: int, rng: np.random.Generator
 ) -> tuple[Plan, ...]:
-    """Plan every trip so that all arrive; all robots face north at first and set out at tick 0.
+    """Plan every trip so that all arrive that can; all robots face north at first and set out at tick 0.
 
     Parameters
     ----------
@@ -55,16 +56,8 @@ def plan_jointly(
         limited.
     rng
         Draws groups, orders, and moves of first paths that are alike.
-
-    Returns
-    -------
-    tuple[Plan, ...]
-        Those of planning in the order given where no first paths are found that bring all robots to their goals.
     """
-    paths = first_paths(roads, trips, CONFIGURATIONS, rng)
-    if paths is None:
-        return plan_trips(roads, planner, trips)
-    search = Search(roads, planner, trips, paths, rng)
+    search = Search(roads, planner, trips, first_paths(roads, trips, CONFIGURATIONS, rng), rng)
     search.shorten_alone(LITTLE)
     search.shorten(sum(search.queries) + effort * len(trips))
     search.shorten_alone()
@@ -72,7 +65,7 @@ def plan_jointly(
 
 
 class Search:
-    """Paths that keep clear of each other, one for each robot, and become shorter."""
+    """Paths that keep clear of each other, one for each robot; those that end at goals become shorter."""
 
     def __init__(
         self,
@@ -90,6 +83,10 @@ class Search:
         self.fastest = [roads.travel.ticks(trip.start, NORTH, trip.goal, False) for trip in trips]
         for robot, path in enumerate(paths):
             self._commit(robot, path)
+        for robot, trip in enumerate(trips):
+            if paths[robot].end != trip.goal and (found := self._ask(robot, FOREVER)) is not None:
+                self._commit(robot, found)
+        self.arriving = [robot for robot, path in self.paths.items() if path.end == trips[robot].goal]
 
     # One path
 
@@ -120,13 +117,13 @@ class Search:
 
     def shorten(self, most: int) -> None:
         """Plan groups of robots again as long as there are queries left and hope."""
-        self._alone = [occupancy(self.roads, self._fastest_path(robot)) for robot in range(len(self.trips))]
+        self._alone = {robot: occupancy(self.roads, self._fastest_path(robot)) for robot in self.arriving}
         fruitless = 0
         while sum(self.queries) < most and fruitless < FRUITLESS * len(self.trips):
-            delays = np.array([self._cost([robot]) - self.fastest[robot] for robot in range(len(self.trips))])
+            delays = np.array([self._cost([robot]) - self.fastest[robot] for robot in self.arriving])
             if not delays.any():
                 break
-            chosen = int(self.rng.choice(len(delays), p=delays / delays.sum()))
+            chosen = int(self.rng.choice(self.arriving, p=delays / delays.sum()))
             fruitless = 0 if self._again(self._group(chosen)) else fruitless + 1
 
     def _cost(self, robots: Iterable[int]) -> int:
@@ -144,7 +141,7 @@ class Search:
             owner
             for cell, since, until in zip(alone.cells.tolist(), alone.since.tolist(), alone.until.tolist(), strict=True)
             for owner, begin, end in self.table.reserved(cell)
-            if begin < until and end > since and owner != robot
+            if begin < until and end > since and owner != robot and owner in self._alone
         }
         others = self.rng.permutation(sorted(met)).tolist()[: GROUP - 1]
         return [int(one) for one in self.rng.permutation([robot, *others])]
@@ -174,18 +171,18 @@ class Search:
 
     def shorten_alone(self, least_share: float = 0.0) -> None:
         """Plan each robot again while all others keep their paths, in rounds as long as they take back more delay."""
-        robots, least = range(len(self.trips)), sum(self.fastest)
-        delay, taken_back = self._cost(robots) - least, math.inf
+        least = sum(self.fastest[robot] for robot in self.arriving)
+        delay, taken_back = self._cost(self.arriving) - least, math.inf
         while taken_back > least_share * delay:
-            for robot in robots:
+            for robot in self.arriving:
                 if self._cost([robot]) > self.fastest[robot]:
                     self._again([robot])
-            taken_back = delay - (self._cost(robots) - least)
+            taken_back = delay - (self._cost(self.arriving) - least)
             delay -= taken_back
 
     def plans(self) -> tuple[Plan, ...]:
         """Return what became of each trip."""
         return tuple(
-            Plan(trip, self.paths[robot], arrived=True, fastest_ticks=self.fastest[robot], queries=self.queries[robot])
+            Plan(trip, self.paths[robot], self.paths[robot].end == trip.goal, self.fastest[robot], self.queries[robot])
             for robot, trip in enumerate(self.trips)
         )

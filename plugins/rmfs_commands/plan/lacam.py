@@ -23,12 +23,14 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
+from operator import eq
 from random import Random
 
 import numpy as np
 from attrs import define, field
 
 from rmfs_commands.plan.movingai import Trip
+from rmfs_core.clock import UNREACHABLE
 from rmfs_core.decisions import Leg
 from rmfs_core.world import NORTH
 from rmfs_traffic import FOREVER, Query, Roads, TimedPath, timed_path
@@ -54,8 +56,8 @@ class _Node:
     forced: deque[Moves] = field(factory=lambda: deque([()]))
 
 
-def first_paths(roads: Roads, trips: Sequence[Trip], most: int, rng: np.random.Generator) -> list[TimedPath] | None:
-    """Return paths that keep clear of each other and bring all robots to their goals; all face north and start at 0.
+def first_paths(roads: Roads, trips: Sequence[Trip], most: int, rng: np.random.Generator) -> list[TimedPath]:
+    """Return paths that keep clear of each other and bring robots to their goals; all face north and start at 0.
 
     Parameters
     ----------
@@ -70,20 +72,22 @@ def first_paths(roads: Roads, trips: Sequence[Trip], most: int, rng: np.random.G
 
     Returns
     -------
-    list[TimedPath] | None
-        None where the trips have no solution, or none was found with so many configurations.
+    list[TimedPath]
+        One for each robot. Where the trips have no solution, or none was found with so many configurations, those that
+        bring the most robots to their goals, and others elsewhere; a robot without a way to its goal ends at its start.
     """
     lacam = _Lacam(roads, trips, Random(int(rng.integers(1 << 32))))
     longest = max(min(steps[cell], roads.cells) for steps, cell in zip(lacam.steps, lacam.starts, strict=True))
-    configurations = lacam.solve(most + longest)
-    return None if configurations is None else _driven(roads, trips, _without_detours(configurations))
+    return _driven(roads, trips, _without_detours(lacam.solve(most + longest)))
 
 
 class _Lacam:
     """The search."""
 
     def __init__(self, roads: Roads, trips: Sequence[Trip], draws: Random) -> None:
-        self.starts, self.goals, self.draws = tuple(t.start for t in trips), tuple(t.goal for t in trips), draws
+        self.starts, self.draws = tuple(trip.start for trip in trips), draws
+        ways = [roads.travel.ticks(trip.start, NORTH, trip.goal, False) < UNREACHABLE for trip in trips]
+        self.goals = tuple(trip.goal if there else trip.start for trip, there in zip(trips, ways, strict=True))
         moves, offsets = roads.layout.moves.tolist(), roads.travel.offsets.tolist()
         self.next_to = [[cell + offsets[h] for h in range(4) if moves[cell] >> h & 1] for cell in range(roads.cells)]
         into: list[list[int]] = [[] for _ in self.next_to]
@@ -94,8 +98,8 @@ class _Lacam:
         self.steps = [_steps_to(goal, into, may) for goal, may in zip(self.goals, passable, strict=True)]
         self.stays = [not may[goal] for goal, may in zip(self.goals, passable, strict=True)]
 
-    def solve(self, most: int) -> list[Cells] | None:
-        """Return configurations from the starts to the goals."""
+    def solve(self, most: int) -> list[Cells]:
+        """Return configurations from the starts to the goals, or else to where the most robots are at theirs."""
         stack = [self._node(self.starts, None)]
         nodes = {self.starts: stack[0]}
         for _ in range(most):
@@ -108,12 +112,12 @@ class _Lacam:
                 if cells not in nodes:
                     nodes[cells] = self._node(cells, stack[-1])
                 stack.append(nodes[cells])
-        node = nodes.get(self.goals)
-        found = []
-        while node is not None:
-            found.append(node.cells)
+        node = nodes.get(self.goals) or max(nodes.values(), key=lambda one: sum(map(eq, one.cells, self.goals)))
+        found = [node.cells]
+        while node.parent is not None:
             node = node.parent
-        return found[::-1] or None
+            found.append(node.cells)
+        return found[::-1]
 
     def _next_forced(self, node: _Node) -> Moves:
         """Return the next moves to be forced, and note those that force one robot more."""
