@@ -19,7 +19,7 @@ from cases import cases
 from rmfs_commands.processes import events as of_processes
 from rmfs_core import events
 from rmfs_core.decisions import JointDecision, Leg, OrderAssignment, Path, PodTrip, SolveReport
-from rmfs_core.events import Event, ItemPicked, OrderCompleted, PodLifted
+from rmfs_core.events import Event, ItemPicked, PodLifted
 from rmfs_core.roles import Role
 from rmfs_core.rules.hooks import ARGUMENTS
 from rmfs_core.scenario.model import RulesSection
@@ -55,13 +55,6 @@ def test_any_sequence_will_do() -> None:
 def test_a_report_has_numbers_in_it(values: dict[str, Any], message: str) -> None:
     with pytest.raises(TypeError, match=message):
         SolveReport(**({"status": "optimal"} | values))
-
-
-def test_reports_and_events() -> None:
-    report = SolveReport("stopped", objective=4, bound=3.5, stopped_early=True)
-    assert (report.objective, report.bound, report.stopped_early) == (4, 3.5, True)
-    assert (SolveReport("optimal").objective, SolveReport("optimal").stopped_early) == (None, False)
-    assert OrderCompleted(tick=12_345, order=0).time_s == 12.345
 
 
 KINDS = [getattr(module, name) for module in (events, of_processes) for name in module.__all__]

@@ -20,11 +20,13 @@ from calling import refused
 from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.details.loading import load_result
+from rmfs_commands.instances.tables import ORDER_COLUMNS, Tables
 from rmfs_commands.results.figures import show
 from rmfs_commands.results.recorders import load_recorder
 from rmfs_core import InputError, OrderAssignment, RuleError, hookimpl, load_scenario
 from rmfs_core.errors import RunError
-from rmfs_core.events import Event
+from rmfs_core.events import Event, OrderAssigned, OrderCompleted
+from rmfs_core.info import RunInfo
 from rmfs_core.results.catalogue import Metric
 from rmfs_core.scenario.model import RunSection
 from rmfs_core.warehouse import WarehouseView
@@ -168,6 +170,7 @@ def test_the_version_of_an_observer_of_every_run_is_kept(install: Install) -> No
 
 CLASHING = """
 import rmfs_core
+from rmfs_core.info import RunInfo
 from rmfs_core.results.catalogue import Metric
 class Watcher:
     files = ()
@@ -190,6 +193,23 @@ def test_what_anothers_observer_does_wrong_takes_no_metric_away(hook: str, insta
     result = caught.value.result
     assert result.metrics["orders_total"] == 2
     assert result.described["picks"].label != "My picks"
+
+
+def test_an_order_that_was_split_and_one_that_never_left_the_backlog(tiny: RunInfo) -> None:
+    tables = Tables()
+    tables.run_started(tiny)
+    tables.on_event(OrderAssigned(1000, 0, 1, skus=(0,), items=1, period=1, complete=False))
+    tables.on_event(OrderAssigned(2000, 0, 0, skus=(1,), items=1, period=2, complete=True))
+    tables.on_event(OrderCompleted(9000, 0))
+    first, second = tables.orders
+    times = {"assigned_s": 2.0, "completed_s": 9.0, "turnover_s": 9.0}
+    assert first == times | {
+        **{"order": "first", "arrival_s": 0.0, "items": 2, "lines": 2, "parts": 2, "stations": "2 1"},
+        **{"turnover_backlog_s": 2.0, "turnover_station_s": 7.0},
+    }
+    assert (second["order"], second["arrival_s"], second["items"], second["lines"]) == ("second", 5.0, 2, 1)
+    assert (second["parts"], second["stations"], second["completed_s"], second["turnover_s"]) == (0, "", None, None)
+    assert list(first) == list(ORDER_COLUMNS)
 
 
 @cases(

@@ -103,6 +103,7 @@ BAD_FILES = [
     ("[robots]\ncuont = 3", ", line 2, robots.cuont: unknown key (did you mean `count`?)"),
     ("[robot]\ncount = 3", ", line 1, robot: unknown key (did you mean `robots`?)"),
     ("[instance.arrivals]\nx = 1", f", line 2, instance.arrivals.x: unknown key; expected one of {ARRIVALS_KEYS}"),
+    (f"[run]\nwarmup = {'[' * 48}{']' * 48}", ", line 2, run.warmup: unknown key (did you mean `warmup_s`?)"),
     # within a list, and within a table
     ('[stations]\nitem_capacity = [3, "x"]', ', line 2, stations.item_capacity[1]: expected a whole number, found "x"'),
     ("[[robots]]\ncount = 3", ", line 1, robots: expected a table, found [{ count = 3 }]"),

@@ -230,13 +230,6 @@ def test_each_draw_is_of_its_own_whatever_was_drawn_before() -> None:
     assert all(pick <= handle for pick, handle in drawn_first.values())
 
 
-def test_no_spread_is_the_number(tmp_path: Path) -> None:
-    for name, pick in (("number", "6.0"), ("table", "{mean=6.0, cv=0}")):
-        rmfs_core.run("examples/small", overrides=[f"stations.pick_s={pick}"], out=tmp_path / name)
-    for file in ("orders.csv", "visits.csv", "delays.csv"):
-        assert (tmp_path / "number" / file).read_bytes() == (tmp_path / "table" / file).read_bytes()
-
-
 @cases(
     "keys expected",
     ({}, [(7, 13), (7, 13), (7, 13), (7, 13)]),

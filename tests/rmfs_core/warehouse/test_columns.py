@@ -84,6 +84,33 @@ def hold_stock(stock: Stock, world: Warehouse) -> None:
     assert stock.cell[sent].tolist() == [world.pods[pod].cell for pod in sent]
 
 
+def hold_books(world: Warehouse) -> None:
+    """Compare loads, demand and sizes with what orders and requests amount to."""
+    orders, backlog = world.arrived.values(), world.backlog
+    parts = [part for order in orders for part in order.parts]
+    assert len(parts) == len({(part.order.id, part.station, part.period) for part in parts})
+    for station in world.stations:
+        load = sum(part.items for part in parts if part.station == station.id and part.unpicked_items)
+        assert (station.load, station.free_capacity) == (load, max(station.capacity - load, 0))
+    assert world.split_orders_open == sum(order.split and not order.complete for order in orders)
+    wanted, ordered = Counter[int](), Counter[int]()
+    for order in orders:
+        ordered.update(dict(order.lines))
+        wanted.update(dict(order.open_lines))
+    for station in world.stations:
+        for request in station.open_requests:
+            wanted[request.sku] += request.items
+    assert world.open_demand.tolist() == [wanted[sku] for sku in range(world.n_skus)]
+    assert world.ordered.tolist() == [ordered[sku] for sku in range(world.n_skus)]
+    assert [order.id for order in backlog.orders] == [
+        order.id
+        for order in world.orders
+        if order.id in world.arrived and order.open_lines and not order.waits_for_stock
+    ]
+    assert backlog.sizes == Counter(order.open_items for order in backlog)
+    assert backlog.line_sizes == Counter(line.quantity for order in backlog for line in order.open_lines)
+
+
 class Run(RuleBasedStateMachine):
     @initialize(
         orders=st.lists(
@@ -201,6 +228,7 @@ class Run(RuleBasedStateMachine):
     @rule()
     def look(self) -> None:
         view = WarehouseView(self.world)
+        hold_books(self.world)
         hold_lines(view.lines, view.backlog)
         flat = view.backlog_lines
         lines = view.lines

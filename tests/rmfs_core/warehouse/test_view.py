@@ -2,9 +2,7 @@
 
 import pytest
 
-from rmfs_commands.processes.battery import Battery
 from rmfs_commands.testing import small_instance, small_world
-from rmfs_core.scenario.model import BatterySection
 from rmfs_core.warehouse import Order, Robot, Station, Warehouse, WarehouseView
 from rmfs_core.warehouse.parts import UNLIMITED, OrderLine
 from rmfs_core.world import NORTH, OrderData, StationCells
@@ -48,15 +46,6 @@ def test_an_order_is_open_until_it_is_assigned_and_unpicked_until_it_is_picked(w
     assert (part.skus, part.items, part.unpicked_items, order.unpicked_items) == ((0,), 2, 1, 2)
 
 
-def test_stations_of_an_order_are_told_once() -> None:
-    world = small_world({"o": ["a", "b", "c"]}, {"p": ["a", "b", "c"]}, capacities=[5, 5])
-    order, (here, there) = world.orders[0], world.stations
-    for sku, station, period in ((0, there, 1), (1, here, 2), (2, there, 2)):
-        world.assign(order, station, [sku], period)
-    assert len(order.parts) == 3
-    assert order.stations == (1, 0)
-
-
 def test_a_pods_free_items_are_what_it_has_not_promised(world: Warehouse) -> None:
     (p, q), station = world.pods, world.stations[0]
     assert (p.free_items(0), p.free_items(1), p.free_items(9)) == (2, 1, 0)
@@ -67,21 +56,6 @@ def test_a_pods_free_items_are_what_it_has_not_promised(world: Warehouse) -> Non
     world.assign(world.orders[1], station, [1])
     assert (q.free_items(1), q.contents[1]) == (UNLIMITED, UNLIMITED)
     assert UNLIMITED == 2**40
-
-
-def test_a_pod_is_where_its_robot_is(world: Warehouse) -> None:
-    pod, robot, station = world.pods[0], world.robots[0], world.stations[0]
-    home = pod.cell
-    assert (pod.location, pod.robot, robot.idle) == (home, None, True)
-    world.bind(pod, station)
-    world.take_task(robot, pod)
-    assert (pod.location, pod.robot, robot.task, robot.pod, robot.idle) == (home, robot.id, pod.id, None, False)
-    assert robot.cell != home == pod.cell
-    world.move(robot, home, NORTH)
-    world.lift(robot, pod)
-    world.move(robot, 5, 2)
-    assert (pod.location, pod.cell, pod.bound_for) == (None, 5, (0,))
-    assert (robot.pod, robot.cell, robot.heading) == (pod.id, 5, 2)
 
 
 def test_a_stations_requests_and_pods_are_in_order(world: Warehouse) -> None:
@@ -260,54 +234,3 @@ def test_backlogs_of_views() -> None:
     shown = Reduced(world).showing(world.orders[1:])
     assert isinstance(shown, Reduced)
     assert (shown.backlog, shown.backlog_size, shown.filtered) == (world.orders[1:], 1, True)
-
-
-def test_demand_and_what_was_ordered() -> None:
-    world = small_world({"1": {"a": 2}, "2": ["a", "b"]}, {"p": {"a": 4, "b": 1}, "q": {"b": 3}}, capacities=[5, 5])
-    view, (here, there), (p, q) = WarehouseView(world), world.stations, world.pods
-    assert view.open_demand().tolist() == [3, 1]
-    world.place_at_station(world.robots[0], p, here)
-    world.bind(q, there)
-    world.assign(world.orders[0], here, [0])
-    assert view.open_demand().tolist() == [3, 1]
-    assert view.available().tolist() == [[2, 1], [0, 3]]  # two items are promised
-    world.fulfil(here.open_requests[0], p)
-    assert view.open_demand().tolist() == [2, 1]
-    assert (view.n_skus, view.unlimited_stock) == (2, False)
-    assert (view.pods_with(1), view.pods_with(0)) == ((p, q), (p,))
-    world = small_world({"1": {"a": 3}, "2": {"b": 1, "a": 1}}, {"p": {"a": 2, "b": 1}})
-    world.assign(world.orders[0], world.stations[0], [0])
-    assert WarehouseView(world).ordered().tolist() == [4, 1]
-
-
-BATTERY = BatterySection(capacity_wh=10, empty_w=100, idle_w=20, charging_w=500)
-FULL_J = 36_000.0
-
-
-class Clock:
-    tick = 0
-
-
-def battery(low_j: float = 0.0, charge: float = 1.0) -> tuple[Battery, Clock]:
-    clock = Clock()
-    return Battery(BATTERY, low_j, lambda: clock.tick, charge), clock
-
-
-def test_batteries() -> None:
-    one, _ = battery()
-    assert one.left_j(100_000, charging=False) == FULL_J - 2000
-    one, _ = battery(low_j=35_000)
-    assert one.left_j(40_000, charging=False) == FULL_J - 800
-    assert one.left_j(10_000_000, charging=False) == 35_000
-    less, _ = battery(low_j=35_000, charge=0.5)
-    assert less.left_j(10_000_000, charging=False) == FULL_J / 2
-    one, clock = battery()
-    clock.tick = 25_000
-    one.work(5_000, BATTERY.empty_w, charging=False)
-    assert one.left_j(25_000, charging=False) == FULL_J - 20 * 20 - 5 * 100
-    one, clock = battery(charge=0.5)
-    assert one.left_j(10_000, charging=True) == FULL_J / 2 + 5000
-    assert one.left_j(10_000_000, charging=True) == FULL_J
-    clock.tick = 12_000
-    one.work(2_000, BATTERY.empty_w, charging=True)
-    assert one.left_j(12_000, charging=False) == pytest.approx(FULL_J / 2 + 5000 - 200)
