@@ -281,8 +281,11 @@ class Observing:
         return self.act() if self.hook == "measured" else {f"by_{self.hook}": 1}
 
 
-def interrupt() -> None:
-    raise KeyboardInterrupt
+def raising(error: BaseException) -> Callable[[], NoReturn]:
+    def act() -> NoReturn:
+        raise error
+
+    return act
 
 
 class Pressing:
@@ -366,7 +369,7 @@ def test_an_interrupt_within_compiled_code_is_one(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("hook", ["run_ended", "measured"])
 def test_an_interrupt_at_the_end_of_a_run_loses_nothing(hook: str, tmp_path: Path) -> None:
-    other, interrupted = Observing("nothing", interrupt), Observing(hook, interrupt)
+    other, interrupted = Observing("nothing", int), Observing(hook, raising(KeyboardInterrupt()))
     few = ["instance.orders=3"]
     result = rmfs_core.run("examples/small", overrides=few, out=tmp_path, observers=[other, interrupted])
     assert (result.interrupted, result.status, other.ended) == (True, "partial", True)
@@ -375,10 +378,18 @@ def test_an_interrupt_at_the_end_of_a_run_loses_nothing(hook: str, tmp_path: Pat
 
 
 @pytest.mark.parametrize("hook", ["run_ended", "measured"])
-def test_an_observer_that_leaves_at_the_end_of_a_run_loses_nothing(hook: str, tmp_path: Path) -> None:
-    with pytest.raises(SystemExit):
-        rmfs_core.run("examples/small", out=tmp_path, observers=[Observing(hook, lambda: sys.exit(3))])
-    assert load_result(tmp_path).error == "SystemExit: 3"
+@pytest.mark.parametrize("error", [SystemExit(3), OSError("disk full")], ids=repr)
+def test_an_observer_that_fails_at_the_end_of_a_run_loses_nothing(
+    error: BaseException, hook: str, tmp_path: Path
+) -> None:
+    other, failing = Observing("nothing", int), Observing(hook, raising(error))
+    for observers in ([other, failing], [failing, other]):
+        other.ended = False
+        with pytest.raises(type(error)):
+            rmfs_core.run("examples/small", overrides=FEW, out=tmp_path, observers=observers)
+        saved = load_result(tmp_path)
+        assert (saved.error, saved.metrics["by_nothing"]) == (f"{type(error).__name__}: {error}", 1)
+        assert other.ended
 
 
 class Unreadable(dict[str, int]):
@@ -391,28 +402,41 @@ class Speechless(Exception):  # noqa: N818
         raise ValueError
 
 
-def speechless() -> None:
-    raise Speechless
-
-
-def two_lines() -> None:
-    raise LookupError("one\ntwo")
+NUMBER = "expected an int or float below 2^63, or None."
+LETTERS = "expected letters, digits and underscores."
 
 
 @cases(
-    "act problem",
-    (lambda: Unreadable(a=1), r"measured, at .* s: returned Unreadable \{'a': 1\}, which raised LookupError: not yet"),
-    (lambda: {"a\n": 1}, r"named a metric 'a\\n'; expected letters"),
-    (speechless, "^Speechless$"),
-    (two_lines, "^LookupError: one two$"),
+    "answer problem",
+    (None, "returned None; expected numbers by name."),
+    ([("walks", 3)], "returned list [('walks', 3)]; expected numbers by name."),
+    ({"walks per h": 3}, f"named a metric 'walks per h'; {LETTERS}"),
+    ({"größe": 3}, f"named a metric 'größe'; {LETTERS}"),
+    ({"a\n": 1}, rf"named a metric 'a\n'; {LETTERS}"),
+    ({3: 3}, f"named a metric 3; {LETTERS}"),
+    ({"picks": 3}, "named a metric 'picks', which exists already."),
+    ({"walks": "3"}, f"measured walks = '3'; {NUMBER}"),
+    ({"walks": True}, f"measured walks = True; {NUMBER}"),
+    ({"walks": float("inf")}, f"measured walks = inf; {NUMBER}"),
+    ({"walks": float("nan")}, f"measured walks = nan; {NUMBER}"),
+    ({"walks": 2**63}, f"measured walks = {2**63}; {NUMBER}"),
+    (Unreadable(a=1), "returned Unreadable {'a': 1}, which raised LookupError: not yet ("),
 )
-def test_what_cannot_be_measured_is_one_sentence(act: Callable[[], object], problem: str, tmp_path: Path) -> None:
-    with pytest.raises((rmfs_core.RuleError, LookupError, Speechless)):
-        rmfs_core.run("examples/small", out=tmp_path, observers=[Observing("measured", act)])
+def test_a_wrong_measurement_is_one_sentence_and_the_others_stay(answer: object, problem: str, tmp_path: Path) -> None:
+    observers = [Observing("measured", lambda: answer), Observing("nothing", int)]
+    told = said(RuleError, rmfs_core.run, "examples/small", overrides=FEW, out=tmp_path, observers=observers)
     saved = load_result(tmp_path)
-    assert saved.metrics["picks"] > 0
-    assert re.search(problem, str(saved.error))
-    assert "\n" not in str(saved.error)
+    assert (saved.error, saved.metrics["by_nothing"], "walks" in saved.metrics) == (told, 1, False)
+    assert re.sub(r"at \d+\.\d+ s", "at ... s", told).startswith(f"observer Observing, measured, at ... s: {problem}")
+
+
+@cases("error shown", (Speechless(), "Speechless"), (LookupError("one\ntwo"), "LookupError: one two"))
+def test_what_an_observer_raises_is_kept_on_a_line(error: Exception, shown: str, tmp_path: Path) -> None:
+    observers = [Observing("measured", raising(error)), Observing("run_ended", raising(OSError("first")))]
+    for named, known in ((observers, "OSError: first"), (observers[:1], shown)):
+        with pytest.raises((OSError, type(error))):
+            rmfs_core.run("examples/small", overrides=FEW, out=tmp_path, observers=named)
+        assert load_result(tmp_path).error == known
 
 
 @define
