@@ -85,15 +85,6 @@ def test_every_role_has_its_key_its_hook_and_its_label() -> None:
     assert (f"{Role.POA_PPS}", Role.POA_PPS.label, Role("poa_pps")) == ("poa_pps", "POA+PPS", Role.POA_PPS)
     with pytest.raises(ValueError, match="no role is called 'poa'"):
         Role.labelled("poa")
-    excludes = {role: role.excludes for role in Role if role.excludes}
-    assert excludes == {
-        Role.POA: (Role.POA_PPS,),
-        Role.PPS: (Role.POA_PPS,),
-        Role.POA_PPS: (Role.POA, Role.PPS),
-        Role.ROA: (Role.ROA_RPS,),
-        Role.RPS: (Role.ROA_RPS,),
-        Role.ROA_RPS: (Role.ROA, Role.RPS),
-    }
 
 
 def test_it_offers_the_functions_themselves() -> None:

@@ -557,21 +557,10 @@ FILES = {f"{name}.csv" for name in ("orders", "visits", "periods", "hours", "sta
 FILES |= {"result.json"}
 
 
-def test_a_complete_run() -> None:
-    result = rmfs_core.run("examples/small", overrides=["seed=5", "instance.orders=10"])
-    assert (result.status, result.seed, result.error) == ("complete", 5, None)
-    assert result.metrics["orders_completed"] == len(result.orders) == 10
-    assert result.metrics["picks"] == sum(row["picks"] for row in result.visits)
-    assert result.metrics["pod_station_visits"] == len(result.visits)
-    assert result.metrics["makespan_s"] == max(row["completed_s"] for row in result.orders)
-    assert result.metrics["simulated_s"] == result.metrics["makespan_s"]
-    assert result.timing["wall_s"] > 0
-    assert result.timing["hook_s"].keys() >= {"assign_orders", "select_pods"}
-    assert {"rmfs", "python", "numpy"} <= result.versions.keys()
-
-
 def test_saved_and_loaded(tmp_path: Path) -> None:
     result = rmfs_core.run("examples/small", overrides=FEW, out=tmp_path / "out")
+    assert (result.status, result.error, result.timing["wall_s"] > 0) == ("complete", None, True)
+    assert result.timing["hook_s"].keys() >= {"assign_orders", "select_pods"}
     loaded = load_result(tmp_path / "out")
     assert {path.name for path in (tmp_path / "out").iterdir()} == FILES
     assert loaded.to_dict() == result.to_dict()

@@ -257,7 +257,6 @@ ORDER, POD, NAMED = "order one (id 0) to station 1 (id 0)", "to station 1 (id 0)
 TWICE = "OrderAssignment(0, 0), OrderAssignment"
 WAITS = f"expected 0 to {checks.LONGEST_WAIT_TICKS}, and at least 1 for a leg that only waits"
 WRONG = [
-    ("poa", "return [3]", "returned a sequence with int 3 in it; expected OrderAssignment only"),
     ("poa", "return [OrderAssignment(9, 0)]", "named order 9, which does not exist; ids are 0 to 2"),
     ("poa", "return [OrderAssignment('1', 0)]", f"named order '1'; {NAMED}"),
     ("poa", "return [OrderAssignment(0, 5)]", "named station 5, which does not exist; ids are 0 to 0"),
@@ -285,7 +284,6 @@ WRONG = [
         "sent too many stored pods (2); expected at most 1, the robots that can start",
     ),
     ("poa_pps", "return 'x' * 500", f"returned str '{'x' * 79}; expected JointDecision"),
-    ("poa_pps", "return []", "returned list []; expected JointDecision"),
     (
         "poa_pps",
         "return JointDecision([OrderAssignment(0, 0)], [])",
@@ -303,7 +301,6 @@ WRONG = [
     ("ta", "return [TaskAssignment(4, 0)]", "named robot 4, which does not exist; ids are 0 to 0"),
     ("ta", "return [TaskAssignment(0, 2)]", "pod r (id 2) to robot 1 (id 0), but the pod does not wait for a robot"),
     ("ta", "return [TaskAssignment(0, 0), TaskAssignment(0, 1)]", "gave pod q (id 1) to robot 1 (id 0), which is busy"),
-    ("idle", "return [3]", "returned a sequence with int 3 in it; expected RobotMove only"),
     ("idle", "return [RobotMove(5, 0)]", "named robot 5, which does not exist; ids are 0 to 0"),
     ("idle", "return [RobotMove(0, 0)] if warehouse.resting_robots else []", "to rest in cell 0, no storage location"),
     ("move", "return [3]", "returned a sequence with int 3 in it; expected PodMove only"),

@@ -20,6 +20,7 @@ from rmfs_commands.testing import small_instance, small_world
 from rmfs_core.warehouse import BUSY, STORED, Lines, Order, Pod, Stock, Warehouse, WarehouseView, column_keeping
 from rmfs_core.warehouse.backlog import Backlog
 from rmfs_core.warehouse.claims import Claims
+from rmfs_core.warehouse.parts import UNLIMITED
 from rmfs_core.warehouse.promises import next_request
 from standing import put_at_station
 
@@ -97,9 +98,15 @@ def hold_books(world: Warehouse) -> None:
     for order in orders:
         ordered.update(dict(order.lines))
         wanted.update(dict(order.open_lines))
-    for station in world.stations:
-        for request in station.open_requests:
-            wanted[request.sku] += request.items
+    promised = Counter[tuple[int, int]]()
+    for request in (request for station in world.stations for request in station.open_requests):
+        wanted[request.sku] += request.items
+        if request.pod is not None:
+            promised[request.pod.id, request.sku] += request.items
+    for pod in world.pods:
+        for sku, items in pod.contents.items():
+            free = UNLIMITED if items == UNLIMITED else items - promised[pod.id, sku]
+            assert pod.free_items(sku) == free >= 0
     assert world.open_demand.tolist() == [wanted[sku] for sku in range(world.n_skus)]
     assert world.ordered.tolist() == [ordered[sku] for sku in range(world.n_skus)]
     assert [order.id for order in backlog.orders] == [

@@ -4,7 +4,7 @@ import pytest
 
 from rmfs_commands.testing import small_instance, small_world
 from rmfs_core.warehouse import Order, Robot, Station, Warehouse, WarehouseView
-from rmfs_core.warehouse.parts import UNLIMITED, OrderLine
+from rmfs_core.warehouse.parts import OrderLine
 from rmfs_core.world import NORTH, OrderData, StationCells
 
 
@@ -44,18 +44,6 @@ def test_an_order_is_open_until_it_is_assigned_and_unpicked_until_it_is_picked(w
     world.fulfil(first, pod)
     part = order.parts[0]
     assert (part.skus, part.items, part.unpicked_items, order.unpicked_items) == ((0,), 2, 1, 2)
-
-
-def test_a_pods_free_items_are_what_it_has_not_promised(world: Warehouse) -> None:
-    (p, q), station = world.pods, world.stations[0]
-    assert (p.free_items(0), p.free_items(1), p.free_items(9)) == (2, 1, 0)
-    world.bind(p, station)
-    world.assign(world.orders[0], station, [0])
-    assert (p.free_items(0), p.contents[0]) == (0, 2)
-    world.bind(q, station)
-    world.assign(world.orders[1], station, [1])
-    assert (q.free_items(1), q.contents[1]) == (UNLIMITED, UNLIMITED)
-    assert UNLIMITED == 2**40
 
 
 def test_a_stations_requests_and_pods_are_in_order(world: Warehouse) -> None:

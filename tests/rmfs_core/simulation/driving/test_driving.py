@@ -22,7 +22,7 @@ from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import CROSSINGS, Driving, Process
 from rmfs_core.simulation.driving.free import FreeDriving
 from rmfs_core.warehouse import Robot, Warehouse
-from rmfs_core.world import EAST, NORTH, SOUTH, WEST
+from rmfs_core.world import EAST, NORTH
 from rmfs_traffic.windowed import WindowedDriving
 from scripted import run_of, until_nothing_happens
 from told import Prepare
@@ -67,21 +67,6 @@ def test_a_path_that_need_not_exist_may_be_none(world: Warehouse, tmp_path: Path
     assert way.path(robot, 8, None, 5, needed=False).tolist() == [[8, 0]]
     with pytest.raises(RuleError, match="to cell -1, which is not on the grid"):
         way.path(robot, 8, None, 5, needed=False)
-
-
-@cases(
-    "to heading turn run",
-    (7, EAST, 625, 2000),  # a metre: 1 s to speed up, 1 s to slow down
-    (5, WEST, 625, 2000),
-    (1, NORTH, 0, 2000),
-    (16, SOUTH, 1250, 2828),  # two metres: 2 sqrt(2) s
-    (9, EAST, 625, 3500),  # three: the top speed of 1.5 m/s is reached
-    (6, NORTH, 0, 0),  # the cell it stands in
-)
-def test_a_leg_is_a_turn_and_a_run(world, tmp_path, to, heading, turn, run) -> None:
-    """Worked out from 1 m/s^2, 1.5 m/s and 2.5 s for a full turn; the wait is not in it."""
-    way, _ = driving(world, tmp_path)
-    assert way.turn_and_run(Robot(0, 6, NORTH), to) == (heading, turn, run)
 
 
 @cases(
