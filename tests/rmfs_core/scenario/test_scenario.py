@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from cases import cases
 from rmfs_commands.cli.toml_scenario import to_toml
-from rmfs_commands.instances.overrides import DATA_FILES
+from rmfs_commands.instances.overrides import DATA_FILES, given_in
 from rmfs_core.errors import InputError
 from rmfs_core.motion import Motion
 from rmfs_core.scenario import load_scenario, scenario_from_dict, scenario_to_dict, shipped_scenarios
@@ -264,6 +264,7 @@ def test_texts_of_parameters_are_given_where_the_command_is(tmp_path: Path, monk
     monkeypatch.chdir(tmp_path)
     assert type(load_scenario("own.toml", ["rules.poa.b=w"]).rules.poa.parameters["b"]) is str
     text = given.poa.parameters["b"]
+    assert given_in({"b": text}, ("rules", "poa"), "/there")["b"].there == text.there  # not given anew
     assert (json.dumps([text]), repr(text)) == ('["w"]', f"'w' in {tmp_path}/other")
     for same in (copy.deepcopy(text), pickle.loads(pickle.dumps(text))):
         assert (same, same.there) == ("w", f"{tmp_path}/other")
