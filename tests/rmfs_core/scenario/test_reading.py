@@ -23,12 +23,12 @@ from rmfs_core.scenario.checks import (
     within,
 )
 from rmfs_core.scenario.model import InstanceSection, RulesSection, Scenario, StationsSection
-from rmfs_core.scenario.structuring import KeyProblem, structure
 from rmfs_core.scenario.tomltext import shown, toml_text
 from saying import said
 
 RULES_TEXT = '[rules]\npoa = "pod-match"\npps = "demand"\n'
 WHOLE, NUMBER = "expected a whole number", "expected a number"
+RULE_OR_TABLE = 'expected the name of a rule or a table { rule = "...", parameter = ... }'
 WRONG_VALUES = [
     # a text is no number, nor is a truth value, nor is a fraction whole, nor is a number endless
     ("stations.item_capacity", '"8"', f'{WHOLE}, found "8"'),
@@ -77,7 +77,7 @@ WRONG_VALUES = [
         '{ rle = "x" }',
         "expected a key `rule` with the name of a rule in addition to the parameters, found none",
     ),
-    ("rules.poa", "3", 'expected the name of a rule or a table { rule = "...", parameter = ... }, found 3'),
+    ("rules.poa", "3", f"{RULE_OR_TABLE}, found 3"),
     *(
         ("rules.poa", f'"{half}"', f'expected "./file.py:Class" for a rule next to the scenario, found "{half}"')
         for half in ("./mine", "mine.py", "./mine.py:1", "./mine.pyc:A")
@@ -106,6 +106,15 @@ BAD_FILES = [
     (f"[run]\nwarmup = {'[' * 48}{']' * 48}", ", line 2, run.warmup: unknown key (did you mean `warmup_s`?)"),
     # within a list, and within a table
     ('[stations]\nitem_capacity = [3, "x"]', ', line 2, stations.item_capacity[1]: expected a whole number, found "x"'),
+    (
+        '[instance]\npods_at_stations = { 1 = ["a", 2] }',
+        ", line 2, instance.pods_at_stations.1[1]: expected a text in quotes, found 2",
+    ),
+    (RULES_TEXT + "pr.rule = 3", ", line 4, rules.pr.rule: expected a text in quotes, found 3"),
+    (
+        RULES_TEXT + 'filters = ["a", ""]',
+        f', line 4, rules.filters[1]: {RULE_OR_TABLE}, found ""',
+    ),
     ("[[robots]]\ncount = 3", ", line 1, robots: expected a table, found [{ count = 3 }]"),
     (
         '[instance]\narrivals = { process = "poison" }',
@@ -217,12 +226,16 @@ def test_what_is_no_scenario_is_named(tmp_path: Path) -> None:
 
 def test_tables_are_read_without_a_file() -> None:
     assert load_scenario("paper-250", ["seed=3"], seed=5).seed == 5
-    rules = {"poa": "pod-match", "pps": "demand"}
-    assert scenario_from_dict({"rules": rules, "seed": 4}).seed == 4
-    assert (
-        said(InputError, scenario_from_dict, {"rules": rules, "seed": -4}, name="result.json")
-        == "result.json, seed: expected a whole number >= 0, found -4"
-    )
+    rules = {"rules": {"poa": "pod-match", "pps": "demand"}}
+    assert scenario_from_dict(rules | {"seed": 4}).seed == 4
+    for wrong, told in (
+        ({"seed": -4}, "seed: expected a whole number >= 0, found -4"),
+        ({"seed": None}, "seed: expected a whole number, found null"),
+        ({"robots": {"full_turn_s": float("nan")}}, "robots.full_turn_s: expected a finite number, found nan"),
+        ({"folder": "x"}, "folder: unknown key; expected one of `"),  # no key of the file
+    ):
+        problem = said(InputError, scenario_from_dict, rules | wrong, name="result.json")
+        assert problem.startswith(f"result.json, {told}")
 
 
 def test_errors_have_the_line_of_their_key(tmp_path: Path) -> None:
@@ -245,34 +258,6 @@ def test_errors_have_the_line_of_their_key(tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught, located(scenario), located(scenario):
         raise InputError("instance.orders", "wrong")
     assert str(caught.value) == "run.toml, line 2, instance.orders: wrong"
-
-
-RULES = {"poa": "pod-match", "pps": "demand"}
-
-
-@cases(
-    "data path problem",
-    ({"rules": RULES, "folder": "x"}, ("folder",), "unknown key; expected one of "),  # no key of the file
-    ({"rules": RULES, "seed": None}, ("seed",), "expected a whole number, found null"),
-    (
-        {"rules": RULES, "robots": {"full_turn_s": float("nan")}},
-        ("robots", "full_turn_s"),
-        "expected a finite number, found",
-    ),
-    (
-        {"rules": RULES, "instance": {"pods_at_stations": {"1": ["a", 2]}}},
-        ("instance", "pods_at_stations", "1", 1),
-        "expected a text in quotes, found 2",
-    ),
-    ({"rules": {**RULES, "filters": ["a", {}]}}, ("rules", "filters", 1), "expected a key `rule` with the name"),
-    ({"rules": {**RULES, "pr": ""}}, ("rules", "pr"), "expected the name of a rule or a table"),
-    ({"rules": {**RULES, "pr": {"rule": 3}}}, ("rules", "pr", "rule"), "expected a text in quotes, found 3"),
-)
-def test_what_is_wrong_has_its_path(data: dict[str, Any], path: tuple[str | int, ...], problem: str) -> None:
-    with pytest.raises(KeyProblem) as caught:
-        structure(data)
-    assert caught.value.path == path
-    assert caught.value.problem.startswith(problem)
 
 
 DOTTED = """\
