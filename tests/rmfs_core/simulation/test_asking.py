@@ -34,7 +34,7 @@ from rmfs_core.warehouse import Warehouse
 from rmfs_traffic import ReservedError
 from rmfs_traffic.paths import ends_of
 from saying import said
-from scripted import run_of
+from scripted import run_of, scripted
 from told import Prepare, ToldRun
 
 WHATEVER = [
@@ -130,7 +130,7 @@ class Asked:
 
 def test_observers_hear_questions_and_answers(tmp_path: Path) -> None:
     world = small_world({"1": ["a"]}, {"p": ["a"]})
-    first, _ = run_of(world, tmp_path)
+    first, _ = run_of(world, tmp_path, filters=(scripted("Waking"),))
     assert not first.observers.hear_questions
     listener = Asked()
     first.rules.register_observer(listener)
@@ -150,6 +150,9 @@ def test_observers_hear_questions_and_answers(tmp_path: Path) -> None:
     with pytest.raises(RuleError):
         asker.ask(first.rules.pp, arguments)
     assert len(listener.heard) == 3
+    (waking,) = first.rules.filters  # of that they are not told
+    asker.ask(waking, {"warehouse": first.view, "rng": None}, waking.wake)
+    assert (len(listener.heard), asker.calls["wake_at"]) == (3, 1)
 
 
 class Hearing:

@@ -6,22 +6,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from attrs import define
 
 from bad_rules import prepare_bad
 from cases import cases
 from rmfs_commands.layouts import parse_map
 from rmfs_commands.testing import small_instance, small_world
-from rmfs_core import hookimpl
 from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, SolveReport, TaskAssignment
 from rmfs_core.errors import RuleError, StandstillError
 from rmfs_core.events import DecisionMade, Event, OrderAssigned, TaskAssigned, TripDecided
-from rmfs_core.info import Question
 from rmfs_core.roles import Role
 from rmfs_core.scenario.model import RuleChoice, RunSection
 from rmfs_core.simulation import engine
 from rmfs_core.simulation.applying import apply_assignments
-from rmfs_core.simulation.asking import Asker, ImpossibleError, Observers
+from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.rounds import Decisions
 from rmfs_core.warehouse import Pod, Robot, Warehouse
@@ -196,26 +193,6 @@ def test_when_rules_wake_up(tmp_path: Path) -> None:
     run, rule = run_of(world, tmp_path, **rules)
     decisions(run)[0].round()
     assert asked_at(rule) == [0.0]
-
-
-def test_observers_are_not_told_when_rules_wake_up(tmp_path: Path) -> None:
-    run, deciding, _ = waking(tmp_path, [None])
-    questions: list[str] = []
-    run.rules.register_observer(Listening(questions))
-    run.asker = Asker(run.warehouse, None, Observers(run.rules, run.warehouse))
-    deciding.asker = run.asker
-    deciding.round()
-    assert questions == []
-    assert run.asker.calls == {"wake_at": 1}
-
-
-@define
-class Listening:
-    hooks: list[str]
-
-    @hookimpl
-    def rule_asked(self, question: Question) -> None:
-        self.hooks.append(question.hook)
 
 
 WAKING = """
