@@ -2,7 +2,9 @@
 
 import pytest
 
+from rmfs_commands.processes.battery import Battery
 from rmfs_commands.testing import small_instance, small_world
+from rmfs_core.scenario.model import BatterySection
 from rmfs_core.warehouse import Order, Robot, Station, Warehouse, WarehouseView
 from rmfs_core.warehouse.parts import OrderLine
 from rmfs_core.world import NORTH, OrderData, StationCells
@@ -222,3 +224,16 @@ def test_backlogs_of_views() -> None:
     shown = Reduced(world).showing(world.orders[1:])
     assert isinstance(shown, Reduced)
     assert (shown.backlog, shown.backlog_size, shown.filtered) == (world.orders[1:], 1, True)
+
+
+def test_a_robot_that_works_draws_nothing_for_standing() -> None:
+    """It stands for 20 s at 20 W and drives for 5 s at 100 W; then it is charged for 8 s at 500 W, and drives for 2."""
+    clock = [0]
+    section = BatterySection(capacity_wh=10, empty_w=100, idle_w=20, charging_w=500)
+    battery = Battery(section, 0.0, lambda: clock[0], charge=0.5)
+    clock[0] = 25_000
+    battery.work(5_000, section.empty_w, charging=False)
+    assert battery.left_j(25_000, charging=False) == 18_000 - 20 * 20 - 5 * 100
+    clock[0] = 35_000
+    battery.work(2_000, section.empty_w, charging=True)
+    assert battery.left_j(35_000, charging=False) == 17_100 + 8 * 500 - 2 * 100
