@@ -118,7 +118,8 @@ def test_no_way_is_said() -> None:
     travel, lane = Travel(OPEN, Motion()), OPEN.lane >= 0  # which nobody drives through, but from
     assert (travel.times_from(0, EAST, loaded=True)[lane] == UNREACHABLE).all()
     (own,) = OPEN.stations
-    assert travel.times_from(own.station, NORTH, loaded=True)[0] == travel.ticks(own.station, NORTH, 0, loaded=True)
+    for start, goal in ((own.station, 0), (own.queue[-1], own.station)):
+        assert travel.times_from(start, EAST, loaded=True)[goal] == travel.ticks(start, EAST, goal, loaded=True)
     layout = parse_map("#.@#\n.qO.\n....\n@@@@\n#...", "split")
     with pytest.raises(ValueError, match="no path from row 1, column 1 to row 5, column 1"):
         Travel(layout, Motion()).fastest_path(0, NORTH, 16, loaded=False)
