@@ -209,17 +209,8 @@ def wait_for_a_lock() -> None:
         lock.acquire()
 
 
-def read() -> None:
-    reading, writing = os.pipe()
-    try:
-        os.read(reading, 1)
-    finally:
-        os.close(reading)
-        os.close(writing)
-
-
 @needs_alarms
-@pytest.mark.parametrize("call", [compute, catch, catch_all_once, wait_for_a_lock, read])
+@pytest.mark.parametrize("call", [compute, catch, catch_all_once, wait_for_a_lock])
 def test_a_call_that_never_returns_is_ended(call: Callable[[], None]) -> None:
     """Whether it computes, waits, or catches what goes wrong; who else uses the signal has it back."""
     before = signal.getsignal(signal.SIGALRM)
