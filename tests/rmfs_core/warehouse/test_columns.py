@@ -11,16 +11,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from attrs import define, evolve
+from attrs import define
 from hypothesis import Phase, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule, run_state_machine_as_test
 
-from rmfs_commands.testing import small_instance, small_world
+from rmfs_commands.testing import small_world
 from rmfs_core.warehouse import BUSY, STORED, Lines, Order, Pod, Stock, Warehouse, WarehouseView, column_keeping
 from rmfs_core.warehouse.backlog import Backlog
 from rmfs_core.warehouse.claims import Claims
-from rmfs_core.warehouse.parts import UNLIMITED
+from rmfs_core.warehouse.parts import UNLIMITED, put
 from rmfs_core.warehouse.promises import next_request
 from standing import put_at_station
 
@@ -139,6 +139,8 @@ class Run(RuleBasedStateMachine):
         if finite:
             self.world.claims = Claims(self.world.pods)
         self.coming = [*self.world.orders]
+        for order in self.world.orders[::3]:
+            put(order, "priority", 1)
         self.seen: dict[object, object] = {}
         self.period = 1
 
@@ -281,15 +283,6 @@ def test_columns_are_the_objects(monkeypatch: pytest.MonkeyPatch) -> None:
     run_state_machine_as_test(
         Run, settings=settings(max_examples=150, stateful_step_count=40, deadline=None, phases=[Phase.generate])
     )
-
-
-def test_orders_have_their_priority() -> None:
-    plain, instance = (make({"1": ["a"], "2": ["a"]}, {"p": ["a"]}) for make in (small_world, small_instance))
-    orders = (instance.orders[0], evolve(instance.orders[1], priority=3))
-    world = Warehouse(evolve(instance, orders=orders), plain.travel, plain.stations, plain.robots, plain.homes)
-    for order in world.orders:
-        world.order_arrives(order)
-    assert WarehouseView(world).lines.priority.tolist() == [0, 3]
 
 
 @define(eq=False)

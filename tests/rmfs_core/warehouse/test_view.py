@@ -5,9 +5,9 @@ import pytest
 from rmfs_commands.processes.battery import Battery
 from rmfs_commands.testing import small_instance, small_world
 from rmfs_core.scenario.model import BatterySection
-from rmfs_core.warehouse import Order, Robot, Station, Warehouse, WarehouseView
+from rmfs_core.warehouse import Station, Warehouse, WarehouseView
 from rmfs_core.warehouse.parts import OrderLine
-from rmfs_core.world import NORTH, OrderData, StationCells
+from rmfs_core.world import StationCells
 
 
 @pytest.fixture
@@ -23,11 +23,7 @@ def test_what_is_set_once_stays(world: Warehouse) -> None:
     for thing, name in zip(things, ("items", "name", "capacity", "id"), strict=True):
         with pytest.raises(AttributeError, match=rf"^{type(thing).__name__}\.{name} is read-only$"):
             setattr(thing, name, 3)
-    cells = StationCells(3, (4,))
-    assert Order(7, OrderData("A-1", arrival_tick=0, lines=()), lambda: 0).label == "A-1 (id 7)"
-    assert Station(0, cells, 5, False, 1).label == "1 (id 0)"
-    assert Station(0, cells, 5, False, 1, name="north").label == "north (id 0)"
-    assert Robot(1, 0, NORTH).label == "2 (id 1)"
+    assert Station(0, StationCells(3, (4,)), 5, False, 1, name="north").label == "north (id 0)"
 
 
 def test_an_order_is_open_until_it_is_assigned_and_unpicked_until_it_is_picked(world: Warehouse) -> None:
@@ -46,20 +42,6 @@ def test_an_order_is_open_until_it_is_assigned_and_unpicked_until_it_is_picked(w
     world.fulfil(first, pod)
     part = order.parts[0]
     assert (part.skus, part.items, part.unpicked_items, order.unpicked_items) == ((0,), 2, 1, 2)
-
-
-def test_a_stations_requests_and_pods_are_in_order(world: Warehouse) -> None:
-    station, (p, q) = world.stations[0], world.pods
-    world.bind(q, station)
-    world.bind(p, station)
-    for order in world.orders:
-        world.assign(order, station, [line.sku for line in order.open_lines])
-    requests = [(request.order.name, request.sku, request.items) for request in station.open_requests]
-    assert requests == [("first", 0, 2), ("first", 1, 1), ("second", 1, 2)]
-    assert station.inbound_pods == (q, p)
-    assert station.uncovered_requests == ()
-    other = world.stations[1]
-    assert (other.open_requests, other.inbound_pods) == ((), ())
 
 
 def test_a_stations_line_and_room(world: Warehouse) -> None:
