@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cases import cases
+from rmfs_commands.processes.hours import first_common
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.motion import Motion
 from rmfs_core.randomness import stream
@@ -119,3 +120,13 @@ def test_what_is_no_span_is_told(span: Span) -> None:
 def test_stations_have_no_number() -> None:
     with pytest.raises(ValueError, match=r"two times of the day that differ, .*; found \['06:00', '07:00', 1\]"):
         read_spans([("06:00", "07:00", 1)])
+
+
+@cases(
+    "stations robots first",
+    ([timetable(("06:00", "10:00"))], [timetable(("10:00", "06:00"), most=4)], None),
+    ([timetable(("06:00", "10:00")), timetable(("22:00", "02:00"))], [timetable(("01:00", "03:00"))], HOUR),
+    ([timetable(("06:00", "10:00"), zero=8 * HOUR)], [timetable(("05:00", "07:00"), zero=8 * HOUR)], 22 * HOUR),
+)
+def test_when_one_of_each_is_there_first(stations: list[Timetable], robots: list[Timetable], first: int | None) -> None:
+    assert first_common(stations, robots) == first

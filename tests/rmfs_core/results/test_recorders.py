@@ -3,6 +3,7 @@
 import gzip
 import hashlib
 import json
+import math
 import re
 import signal
 import sys
@@ -25,9 +26,10 @@ from rmfs_commands.results.figures import show
 from rmfs_commands.results.recorders import load_recorder
 from rmfs_core import InputError, OrderAssignment, RuleError, hookimpl, load_scenario
 from rmfs_core.errors import RunError
-from rmfs_core.events import Event, OrderAssigned, OrderCompleted
+from rmfs_core.events import DecisionMade, Event, OrderAssigned, OrderCompleted
 from rmfs_core.info import RunInfo
 from rmfs_core.results.catalogue import Metric
+from rmfs_core.roles import Role
 from rmfs_core.scenario.model import RunSection
 from rmfs_core.warehouse import WarehouseView
 from saying import said
@@ -195,7 +197,7 @@ def test_what_anothers_observer_does_wrong_takes_no_metric_away(hook: str, insta
     assert result.described["picks"].label != "My picks"
 
 
-def test_an_order_that_was_split_and_one_that_never_left_the_backlog(tiny: RunInfo) -> None:
+def test_rows_of_orders_and_of_a_decision_that_was_stopped(tiny: RunInfo) -> None:
     tables = Tables()
     tables.run_started(tiny)
     tables.on_event(OrderAssigned(1000, 0, 1, skus=(0,), items=1, period=1, complete=False))
@@ -210,6 +212,9 @@ def test_an_order_that_was_split_and_one_that_never_left_the_backlog(tiny: RunIn
     assert (second["order"], second["arrival_s"], second["items"], second["lines"]) == ("second", 5.0, 2, 1)
     assert (second["parts"], second["stations"], second["completed_s"], second["turnover_s"]) == (0, "", None, None)
     assert list(first) == list(ORDER_COLUMNS)
+    tables.on_event(DecisionMade(3000, 4, Role.POA_PPS, "model", 2, 1, 1, "stopped", 3, -math.inf, True, 0.25))
+    (row,) = tables.periods
+    assert (row["status"], row["objective"], row["bound"], row["stopped_early"]) == ("stopped", 3.0, None, True)
 
 
 @cases(
