@@ -57,6 +57,10 @@ def test_a_report_has_numbers_in_it(values: dict[str, Any], message: str) -> Non
         SolveReport(**({"status": "optimal"} | values))
 
 
+def test_a_report_need_not_say_more_than_its_status() -> None:
+    assert SolveReport("optimal") == SolveReport("optimal", objective=None, bound=None, stopped_early=False)
+
+
 KINDS = [getattr(module, name) for module in (events, of_processes) for name in module.__all__]
 
 
