@@ -96,6 +96,7 @@ def hold_books(world: Warehouse) -> None:
     assert world.split_orders_open == sum(order.split and not order.complete for order in orders)
     wanted, ordered = Counter[int](), Counter[int]()
     for order in orders:
+        assert sorted(order.stations) == sorted({part.station for part in order.parts})
         ordered.update(dict(order.lines))
         wanted.update(dict(order.open_lines))
     promised = Counter[tuple[int, int]]()
