@@ -256,6 +256,8 @@ class Run(RuleBasedStateMachine):
         hold_lines(some.lines, some.backlog)
 
         hold_stock(view.stock, self.world)
+        for sku in range(view.n_skus):
+            assert [*view.pods_with(sku)] == [pod for pod in self.world.pods if sku in pod.contents]
         free, stock = view.free_items, view.stock
         assert (free.pod.tolist(), free.sku.tolist()) == (stock.pod.tolist(), stock.sku.tolist())
         assert free.number.tolist() == stock.items.tolist()
