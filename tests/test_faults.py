@@ -15,16 +15,8 @@ from calling import exit_code
 from cases import cases
 from rmfs_commands.reproduction import choose_parts, reproduce
 from rmfs_core.errors import InputError
-from tiny import TINY
+from tiny import TINY, TWO_RULES
 
-TRIAL = """
-base = "tiny.toml"
-seeds = [1]
-baseline = "pod-match"
-metrics = ["pile_on"]
-[[rule_sets]]
-name = "pod-match"
-"""
 COMMANDS = {
     "run": ("run", "tiny.toml", "--out", "out", "--quiet"),
     "recorded": ("run", "tiny.toml", "--out", "out", "--quiet", "--trace"),
@@ -39,7 +31,7 @@ LIMIT = 100
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "tiny.toml").write_text(TINY, encoding="utf-8")
-    (tmp_path / "trial.toml").write_text(TRIAL, encoding="utf-8")
+    (tmp_path / "trial.toml").write_text(TWO_RULES, encoding="utf-8")
     return tmp_path
 
 
@@ -73,7 +65,7 @@ def test_what_does_not_fit_is_told_and_loses_nothing(name, folder, capsys, reque
     request.getfixturevalue("small_files")
     other = ("--set", "instance.orders=7") if name != "compare" else ()
     if name == "compare":
-        text = (folder / "trial.toml").read_bytes().replace(b"[1]", b"[1, 2]")
+        text = (folder / "trial.toml").read_bytes().replace(b"[1, 2]", b"[1, 2, 3]")
         (folder / "trial.toml").unlink()
         resource.setrlimit(resource.RLIMIT_FSIZE, (len(text), resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
         (folder / "trial.toml").write_bytes(text)
@@ -154,7 +146,7 @@ def test_a_name_that_no_file_can_have_is_no_file(command: str, capsys: pytest.Ca
 
 
 def test_a_base_that_no_file_can_have_is_no_scenario(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (folder / "trial.toml").write_text(TRIAL.replace("tiny.toml", "9" * 400), encoding="utf-8")
+    (folder / "trial.toml").write_text(TWO_RULES.replace("tiny.toml", "9" * 400), encoding="utf-8")
     assert exit_code("compare", "trial.toml") == 2
     is_told(capsys, "there is no scenario 999")
 

@@ -8,7 +8,6 @@ from statistics import mean
 import pytest
 
 import rmfs_core
-from rmfs_commands.validation import validate_trace
 from rmfs_core.scenario.reading import shipped_folder
 
 IMPLIED_MAKESPAN_S = 3571
@@ -70,10 +69,3 @@ def test_every_order_has_a_name_of_its_own(capsys: pytest.CaptureFixture[str]) -
     named = {row.partition(",")[0] for row in (FOLDER / "orders.csv").read_text().splitlines()[1:]}
     assert len(named) == result.metrics["orders_total"] == 6024
     assert "appears again" not in capsys.readouterr().err
-
-
-def test_sipp_runs_it_too(tmp_path: Path) -> None:
-    settings = ("rules.pp=sipp", "robots.count=16", "stations.release=handled", "run.until_s=300")
-    result = rmfs_core.run("parity/rawsim-o", overrides=settings, out=tmp_path, record=["trace"])
-    assert (result.metrics["picks"] or 0) > 50
-    assert validate_trace(tmp_path) == []

@@ -6,11 +6,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-import click
 import pytest
 
 import rmfs_core
-from rmfs_commands.cli.main import rmfs
 from try_wheel import README, blocks, commands, save_files
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -36,16 +34,6 @@ def test_the_readmes_rule_runs(tmp_path: Path) -> None:
 def test_the_readmes_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
     exec(blocks("python")[1], {})
     assert capsys.readouterr().out.startswith("complete ")
-
-
-@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
-def test_the_readmes_commands_exist(words: list[str]) -> None:
-    command: click.Command = rmfs
-    while isinstance(command, click.Group):
-        words = words[1:]
-        found = command.get_command(click.Context(command), words[0])
-        command = found
-    command.make_parser(click.Context(command)).parse_args(words[1:])
 
 
 @pytest.mark.slow

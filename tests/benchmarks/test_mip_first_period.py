@@ -57,9 +57,22 @@ def compiled() -> None:
         solved(first_period("instance.orders=20"), model)
 
 
-def proven(benchmark: Any, size: tuple[int, int, int, int], model: Model, most_s: float, **capacity: int) -> None:
-    """Prove the optimum of a first period within a bar, in seconds of CPU time."""
-    proof = proof_of(first_period(*of_size(*size), packing=False), model, 2, Limits(), **capacity)
+FIRST = [
+    *((model, size, BARS_S[model], None) for model in Model for size in INSTANCES),
+    *((Model.SPLIT_AMONG_STATIONS, size, 10.0, 10) for size in INSTANCES[-8:]),
+    *((Model.INTEGRATED, (orders, 100, 100, 3), 1.0, None) for orders in (28, 30)),  # hardly more orders than places
+]
+"""Models, orders, SKUs, pods and SKUs on each, seconds of CPU time for the proof, and packing capacity."""
+
+
+@pytest.mark.parametrize(
+    ("model", "size", "most_s", "capacity"),
+    FIRST,
+    ids=[f"{model}-{'-'.join(map(str, size))}-{capacity}" for model, size, _, capacity in FIRST],
+)
+def test_first_period(benchmark: Any, model: Model, size: Any, most_s: float, capacity: int | None) -> None:
+    """Bar: the optimum is proven within so many seconds."""
+    proof = proof_of(first_period(*of_size(*size), packing=False), model, 2, Limits(), capacity)
     start = time.process_time()
     solution = benchmark.pedantic(proof.run, rounds=1)
     cpu_s = time.process_time() - start
@@ -67,25 +80,6 @@ def proven(benchmark: Any, size: tuple[int, int, int, int], model: Model, most_s
     if benchmark.enabled:
         benchmark.extra_info.update(objective=solution.objective, how=solution.how, cpu_s=cpu_s)
         assert cpu_s <= most_s
-
-
-@pytest.mark.parametrize("instance", INSTANCES, ids=lambda instance: "-".join(map(str, instance)))
-@pytest.mark.parametrize("model", Model)
-def test_first_period(benchmark: Any, model: Model, instance: tuple[int, int, int, int]) -> None:
-    """Proven within the bar: 2 s (split-over-time), 30 s (split-among-stations), 120 s (integrated)."""
-    proven(benchmark, instance, model, BARS_S[model])
-
-
-@pytest.mark.parametrize("instance", INSTANCES[-8:], ids=lambda instance: "-".join(map(str, instance)))
-def test_first_period_with_packing_capacity(benchmark: Any, instance: tuple[int, int, int, int]) -> None:
-    """Split-among-stations with room for ten split orders, 250 orders: proven within 10 s."""
-    proven(benchmark, instance, Model.SPLIT_AMONG_STATIONS, 10, packing_capacity=10)
-
-
-@pytest.mark.parametrize("orders", [28, 30])
-def test_first_period_of_few_orders(benchmark: Any, orders: int) -> None:
-    """Integrated with hardly more to assign than places: proven within 1 s of CPU."""
-    proven(benchmark, (orders, 100, 100, 3), Model.INTEGRATED, 1)
 
 
 RULES = {

@@ -19,7 +19,6 @@ import pytest
 from w9_pathfinding.envs import Grid
 from w9_pathfinding.mapf import ReservationTable, SpaceTimeAStar
 
-import plain_sipp as plain
 from crowds import crowd, newcomer, paper_roads, two_way, with_goal
 from rmfs_rules.sipp import Sipp
 from rmfs_traffic import FOREVER, Query, Reservations, Roads
@@ -28,9 +27,9 @@ QUERIES = 100
 
 
 @lru_cache
-def scene(robots: int, one_way: bool = True) -> tuple[Roads, Reservations, list[Query]]:
+def scene(robots: int) -> tuple[Roads, Reservations, list[Query]]:
     """Return robots with committed paths on the paper's layout, and the queries of one more."""
-    roads = paper_roads() if one_way else two_way(paper_roads())
+    roads = two_way(paper_roads())
     table, queries = crowd(roads, Sipp(), robots, 1, warm_up=3)
     now = min(query.start_tick for query in queries)
     table.forget_before(now)
@@ -74,31 +73,10 @@ def peer(roads: Roads, table: Reservations, start: int) -> tuple[Any, Any]:
     return grid, reserved
 
 
-@pytest.mark.parametrize("robots", [8, 32])
-def test_compiled_against_plain(benchmark: Any, robots: int) -> None:
-    """Bar: the compiled search is at least ten times as fast as the plain one, whose set-up is not counted."""
-    roads, table, queries = scene(robots)
-    planner = Sipp()
-    slow = []
-    for query in queries[: QUERIES if benchmark.enabled else 3]:
-        search = plain.PlainSearch(roads, table, query)
-        started = time.perf_counter()
-        path = search.run()
-        slow.append(time.perf_counter() - started)
-        other = planner.search(roads, table, query)
-        assert (None if path is None else path.end_tick) == (None if other is None else other.end_tick)
-    benchmark.pedantic(lambda: [planner.search(roads, table, query) for query in queries], rounds=5, warmup_rounds=1)
-    if benchmark.enabled:
-        fast = median_s(lambda query: planner.search(roads, table, query), queries)
-        benchmark.extra_info["median_us"] = round(fast * 1e6, 1)
-        benchmark.extra_info["plain_over_compiled"] = round(statistics.median(slow) / fast, 1)
-        assert statistics.median(slow) >= 10 * fast
-
-
 @pytest.mark.parametrize("robots", [8, 32, 100])
 def test_sipp_against_the_peer(benchmark: Any, robots: int) -> None:
     """Bar: the median query is not slower than the peer's."""
-    roads, table, queries = scene(robots, one_way=False)
+    roads, table, queries = scene(robots)
     planner = Sipp()
     grid, reserved = peer(roads, table, queries[0].start_tick)
     search = SpaceTimeAStar(grid)

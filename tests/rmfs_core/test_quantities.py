@@ -13,7 +13,7 @@ from rmfs_commands.processes.hours import first_common
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.motion import Motion
 from rmfs_core.randomness import stream
-from rmfs_core.timetable import ALWAYS, DAY, Span, Timetable, read_spans
+from rmfs_core.timetable import DAY, Span, Timetable, read_spans
 
 
 @pytest.mark.parametrize(("seconds", "ticks"), [(0.0, 0), (2.2, 2200), (0.0004, 0), (0.0006, 1), (1.4142, 1414)])
@@ -124,12 +124,7 @@ def test_stations_have_no_number() -> None:
 
 @cases(
     "stations robots first",
-    ([ALWAYS], [ALWAYS], 0),
-    ([timetable(("06:00", "10:00"))], [ALWAYS], 6 * HOUR),
-    ([timetable(("06:00", "10:00"))], [timetable(("09:00", "16:00"), most=4)], 9 * HOUR),
     ([timetable(("06:00", "10:00"))], [timetable(("10:00", "06:00"), most=4)], None),
-    ([timetable(("06:00", "10:00")), ALWAYS], [timetable(("10:00", "06:00"), most=4)], 0),
-    ([ALWAYS], [timetable(("06:00", "10:00", 0), most=4)], None),
     ([timetable(("06:00", "10:00")), timetable(("22:00", "02:00"))], [timetable(("01:00", "03:00"))], HOUR),
     ([timetable(("06:00", "10:00"), zero=8 * HOUR)], [timetable(("05:00", "07:00"), zero=8 * HOUR)], 22 * HOUR),
 )

@@ -17,6 +17,7 @@ import psutil
 import pytest
 from PIL import Image
 
+import releases
 from calling import refused
 from cases import cases
 from lowest import constraints, main
@@ -291,6 +292,27 @@ def test_what_pytest_benchmark_saves(tmp_path: Path) -> None:
         [sys.executable, str(COMPARE_BENCHMARKS), file, file], capture_output=True, text=True, check=False
     )
     assert (done.returncode, done.stdout) == (0, "1 benchmarks in both: 0 slower, 0 faster, 1 same.\n")
+
+
+@pytest.fixture
+def history(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "history.json"
+    file.write_text(json.dumps({"1.0": {"load": 5.0, "other": 5.0}, "1.1": {"load": 10.0}}), encoding="utf-8")
+    monkeypatch.setattr(releases, "HISTORY", file)
+
+
+@pytest.mark.usefixtures("history")
+@cases(
+    "name measured least said",
+    ("load", [10.9], 10.9, None),
+    ("load", [12.0, 10.5], 10.5, None),  # what seems slower is measured again
+    ("load", [12.0, 11.5, 13.0], 11.5, "slower: load: 10.0 yardsticks in 1.1, 11.5 now (1.15 times)"),
+    ("other", [99.0], 99.0, None),  # which the last release does not have
+)
+def test_what_is_slower_than_in_the_last_release_is_named(name, measured, least, said) -> None:
+    left = iter(measured)
+    assert releases.held_against_release(name, lambda: next(left)) == (least, said)
+    assert list(left) == []
 
 
 PYPROJECT = """

@@ -127,9 +127,14 @@ def test_an_observer_object_is_checked_like_a_rule() -> None:
         hears = ("OrderCompleted",)
         on_event = hookimpl(lambda self, event: None)
 
+    class Watch:
+        @hookimpl
+        def measured(self, run: object) -> None: ...
+
     misspelt = r"class Misspelt implements a hook `on_evnt`, .* \(did you mean `on_event`\?\);"
     for observer, problem in (
         (Misspelt(), misspelt),
+        (Watch(), "class Watch: hook `measured` has no argument `run`; it has none$"),
         (object(), "it implements no observer hook"),
         (Listens(), r"it has hears = \('OrderCompleted',\); expected a tuple of"),
     ):
@@ -188,7 +193,6 @@ def test_what_is_no_rule_is_refused_as_in_a_scenario(objects: Any, message: str)
         RuleSet.load(with_objects(rules(), objects), ".", objects=objects)
 
 
-Refusal = Callable[..., str]
 SOURCE = """
 from __future__ import annotations
 from attrs import define
@@ -247,9 +251,8 @@ def test_a_file_is_loaded_once_per_rule_set_and_anew_for_the_next(folder: Path) 
 
 @cases(
     "name message",
-    ("./my_rule:MyRule", 'expected "./file.py:Class" for a rule next to the scenario, found "./my_rule:MyRule"'),
     ("./my_rule.py:MyRle", "{folder}/my_rule.py has no class `MyRle` (did you mean `MyRule`?)"),
-    ("./none.py:MyRule", 'rule "./none.py:MyRule": cannot read {folder}/none.py: No such file or directory'),
+    ("./a:b.py:MyRule", 'rule "./a:b.py:MyRule": cannot read {folder}/a:b.py: No such file or directory'),
     ("./a\0b.py:A", 'rule "./a\0b.py:A": cannot read {folder}/a\0b.py: embedded null byte'),
     ("../outside.py:MyRule", 'rule "../outside.py:MyRule" is outside {folder}; move its file there'),
     ("/none.py:MyRule", 'rule "/none.py:MyRule": cannot read /none.py: No such file or directory'),
@@ -258,13 +261,13 @@ def test_refused_names(folder: Path, name: str, message: str) -> None:
     assert said(InputError, load_from, folder, name) == f"rules.poa: {message.format(folder=folder)}"
 
 
-def test_what_is_no_rule(refusal: Refusal, tmp_path: Path) -> None:
-    assert refusal(pr=RuleChoice("xyzzy")).startswith(
+def test_what_is_no_rule(tmp_path: Path) -> None:
+    assert said(InputError, load, pr=RuleChoice("xyzzy")).startswith(
         'rules.pr: there is no rule "xyzzy"; expected one of `all`, `alternating`, `assignment`, '
     )
-    assert refusal(filters=(RuleChoice("xyzzy"),)).startswith("rules.filters[0]: ")
+    assert said(InputError, load, filters=(RuleChoice("xyzzy"),)).startswith("rules.filters[0]: ")
     (tmp_path / "mine.py").write_text("def __getattr__(name):\n    raise RuntimeError(name)\n", encoding="utf-8")
-    assert refusal(tmp_path, poa=RuleChoice("./mine.py:Mine")).endswith("mine.py has no class `Mine`")
+    assert said(InputError, load_from, tmp_path, "./mine.py:Mine").endswith("mine.py has no class `Mine`")
 
 
 def test_an_object_of_an_installed_rule_is_named_as_in_a_scenario(install: Install) -> None:

@@ -1,43 +1,38 @@
 """Scenario files: what is read, and the one sentence that says what is wrong."""
 
-import datetime
-import tomllib
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import jsonschema
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cases import cases
-from rmfs_commands.instances.toml_lines import line_of, read_toml
+from rmfs_commands.instances.toml_lines import line_of
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import RuleChoice, load_scenario, located, scenario_from_dict
 from rmfs_core.scenario.checks import (
-    CAPACITY,
     DURATION,
     MAYBE_NO_TIME,
     MOVING,
     POSITIVE,
     SHARE,
     Check,
-    OneOf,
     at_least,
     within,
 )
 from rmfs_core.scenario.model import InstanceSection, RulesSection, Scenario, StationsSection
-from rmfs_core.scenario.structuring import KeyProblem, strict_converter, structure
-from rmfs_core.scenario.tomltext import shown, toml_key, toml_text, toml_value
+from rmfs_core.scenario.tomltext import shown, toml_text
 from saying import said
 
 RULES_TEXT = '[rules]\npoa = "pod-match"\npps = "demand"\n'
 WHOLE, NUMBER = "expected a whole number", "expected a number"
+RULE_OR_TABLE = 'expected the name of a rule or a table { rule = "...", parameter = ... }'
 WRONG_VALUES = [
     # a text is no number, nor is a truth value, nor is a fraction whole, nor is a number endless
     ("stations.item_capacity", '"8"', f'{WHOLE}, found "8"'),
-    ("seed", "true", f"{WHOLE}, found true"),
+    *(("seed", wrong, f"{WHOLE}, found {wrong}") for wrong in ("true", "{}", "2026-01-31", f'"{"x" * 58}"')),
     ("stations.also_replenish", "1", "expected true or false, found 1"),
     ("instance.orders_file", "1", "expected a text in quotes, found 1"),
     ("robots.full_turn_s", '"x"', f'{NUMBER}, found "x"'),
@@ -53,7 +48,15 @@ WRONG_VALUES = [
     ("robots.lift_s", "-1", f"{NUMBER} from 0 to 3600, found -1.0"),
     ("instance.items_per_sku", "1" + "0" * 19, f"{WHOLE} from 1 to 1,000,000,000, found 1{'0' * 19}"),
     ("run.until_s", "1" + "0" * 400, f"{NUMBER}, found 1{'0' * 56}..."),
-    ("stations.item_capacity", "[]", f"{WHOLE} from 1 to 1,000,000,000, or a list of them, one per station, found []"),
+    *(
+        (
+            "stations.item_capacity",
+            many,
+            f"{WHOLE} from 1 to 1,000,000,000, or a list of them, one per station, found {many}",
+        )
+        for many in ("[]", "[1, 0]")
+    ),
+    ("run.until_s", "0", f"{NUMBER} > 0 up to 1e10, found 0.0"),
     # a few words
     ("stations.release", '"handle"', 'found "handle" (did you mean `handled`?)'),
     (
@@ -74,8 +77,12 @@ WRONG_VALUES = [
         '{ rle = "x" }',
         "expected a key `rule` with the name of a rule in addition to the parameters, found none",
     ),
-    ("rules.poa", "3", 'expected the name of a rule or a table { rule = "...", parameter = ... }, found 3'),
-    ("rules.poa", '"./mine"', 'expected "./file.py:Class" for a rule next to the scenario, found "./mine"'),
+    ("rules.poa", "3", f"{RULE_OR_TABLE}, found 3"),
+    *(
+        ("rules.poa", f'"{half}"', f'expected "./file.py:Class" for a rule next to the scenario, found "{half}"')
+        for half in ("./mine", "mine.py", "./mine.py:1", "./mine.pyc:A")
+    ),
+    ("rules.poa", '"./mine.py:A"', "there is no file `./mine.py` in the scenario's folder ({folder})"),
 ]
 
 
@@ -84,7 +91,9 @@ def test_a_wrong_value_is_refused_with_its_line_and_key(key: str, value: str, pr
     file = tmp_path / "wrong.toml"
     rest = 'rules.pps = "demand"\n' if key.startswith("rules.") else RULES_TEXT
     file.write_text(f"# values\n{key} = {value}\n{rest}", encoding="utf-8")
-    assert said(InputError, load_scenario, file) == f"{file}, line 2, {key}: {problem}"
+    assert (
+        said(InputError, load_scenario, file) == f"{file}, line 2, {key}: {problem.replace('{folder}', str(tmp_path))}"
+    )
 
 
 ARRIVALS_KEYS = "`backlog`, `orders_per_hour`, `process`, `profile`"
@@ -94,8 +103,18 @@ BAD_FILES = [
     ("[robots]\ncuont = 3", ", line 2, robots.cuont: unknown key (did you mean `count`?)"),
     ("[robot]\ncount = 3", ", line 1, robot: unknown key (did you mean `robots`?)"),
     ("[instance.arrivals]\nx = 1", f", line 2, instance.arrivals.x: unknown key; expected one of {ARRIVALS_KEYS}"),
+    (f"[run]\nwarmup = {'[' * 48}{']' * 48}", ", line 2, run.warmup: unknown key (did you mean `warmup_s`?)"),
     # within a list, and within a table
     ('[stations]\nitem_capacity = [3, "x"]', ', line 2, stations.item_capacity[1]: expected a whole number, found "x"'),
+    (
+        '[instance]\npods_at_stations = { 1 = ["a", 2] }',
+        ", line 2, instance.pods_at_stations.1[1]: expected a text in quotes, found 2",
+    ),
+    (RULES_TEXT + "pr.rule = 3", ", line 4, rules.pr.rule: expected a text in quotes, found 3"),
+    (
+        RULES_TEXT + 'filters = ["a", ""]',
+        f', line 4, rules.filters[1]: {RULE_OR_TABLE}, found ""',
+    ),
     ("[[robots]]\ncount = 3", ", line 1, robots: expected a table, found [{ count = 3 }]"),
     (
         '[instance]\narrivals = { process = "poison" }',
@@ -128,6 +147,10 @@ BAD_FILES = [
     ("seed = 1  # no [rules]\n", ", rules: this part is missing"),
     # no TOML at all
     ("seed = " + "9" * 5000, ": this is no valid TOML: found a number of more than 4,300 digits"),
+    *(
+        (f"x = {deep}", ": this is no valid TOML: found more than 50 lists or tables in one another")
+        for deep in (f"{'[' * 60}{']' * 60}", f"{'{a = ' * 60}1{'}' * 60}", f"{'[' * 2000}{']' * 2000}")
+    ),
     ("seed = 1\nrobots = ", ", line 2, column 10: this is no valid TOML: Invalid value; texts need quotes"),
     (
         "{}",
@@ -196,18 +219,23 @@ def test_what_is_no_scenario_is_named(tmp_path: Path) -> None:
     name = "a" * 300
     with pytest.raises(InputError, match="there is no such file"):
         load_scenario(f"{name}.toml")
-    with pytest.raises(InputError, match=r"there is no file `.*aaa"):
-        load_scenario("examples/small", [f"rules.poa=./{name}.py:Mine"])
+    for impossible in (name, "aaa\0"):
+        with pytest.raises(InputError, match=r"there is no file `.*aaa"):
+            load_scenario("examples/small", [f"rules.poa=./{impossible}.py:Mine"])
 
 
 def test_tables_are_read_without_a_file() -> None:
     assert load_scenario("paper-250", ["seed=3"], seed=5).seed == 5
-    rules = {"poa": "pod-match", "pps": "demand"}
-    assert scenario_from_dict({"rules": rules, "seed": 4}).seed == 4
-    assert (
-        said(InputError, scenario_from_dict, {"rules": rules, "seed": -4}, name="result.json")
-        == "result.json, seed: expected a whole number >= 0, found -4"
-    )
+    rules = {"rules": {"poa": "pod-match", "pps": "demand"}}
+    assert scenario_from_dict(rules | {"seed": 4}).seed == 4
+    for wrong, told in (
+        ({"seed": -4}, "seed: expected a whole number >= 0, found -4"),
+        ({"seed": None}, "seed: expected a whole number, found null"),
+        ({"robots": {"full_turn_s": float("nan")}}, "robots.full_turn_s: expected a finite number, found nan"),
+        ({"folder": "x"}, "folder: unknown key; expected one of `"),  # no key of the file
+    ):
+        problem = said(InputError, scenario_from_dict, rules | wrong, name="result.json")
+        assert problem.startswith(f"result.json, {told}")
 
 
 def test_errors_have_the_line_of_their_key(tmp_path: Path) -> None:
@@ -232,56 +260,6 @@ def test_errors_have_the_line_of_their_key(tmp_path: Path) -> None:
     assert str(caught.value) == "run.toml, line 2, instance.orders: wrong"
 
 
-RULES = {"poa": "pod-match", "pps": "demand"}
-
-
-@cases(
-    "data path problem",
-    ({"rules": RULES, "folder": "x"}, ("folder",), "unknown key; expected one of "),  # no key of the file
-    ({"rules": RULES, "seed": None}, ("seed",), "expected a whole number, found null"),
-    (
-        {"rules": RULES, "robots": {"full_turn_s": float("nan")}},
-        ("robots", "full_turn_s"),
-        "expected a finite number, found",
-    ),
-    (
-        {"rules": RULES, "instance": {"pods_at_stations": {"1": ["a", 2]}}},
-        ("instance", "pods_at_stations", "1", 1),
-        "expected a text in quotes, found 2",
-    ),
-    ({"rules": {**RULES, "filters": ["a", {}]}}, ("rules", "filters", 1), "expected a key `rule` with the name"),
-    ({"rules": {**RULES, "pr": ""}}, ("rules", "pr"), "expected the name of a rule or a table"),
-    ({"rules": {**RULES, "pr": {"rule": 3}}}, ("rules", "pr", "rule"), "expected a text in quotes, found 3"),
-)
-def test_what_is_wrong_has_its_path(data: dict[str, Any], path: tuple[str | int, ...], problem: str) -> None:
-    with pytest.raises(KeyProblem) as caught:
-        structure(data)
-    assert caught.value.path == path
-    assert caught.value.problem.startswith(problem)
-
-
-STRICT = strict_converter()
-
-
-@cases(
-    "kind value expected",
-    (int, 3, 3),
-    (float, 3, 3.0),
-    (float | None, None, None),
-    (int | tuple[int, ...], [1, 2], (1, 2)),
-    (int | str, "3", "3"),
-    (str | int, 3, 3),
-    (float | int, 3, 3),  # as it is written, not what comes first
-    (tuple[int, str], [1, "a"], (1, "a")),
-    (list[tuple[int, ...]], [[1], []], [(1,), ()]),
-    (Mapping[str, int | None], {"a": None}, {"a": None}),
-)
-def test_values_are_taken_as_they_are_written(kind: Any, value: object, expected: object) -> None:
-    found = STRICT.structure(value, kind)
-    assert found == expected
-    assert type(found) is type(expected)
-
-
 DOTTED = """\
 # robots.count = 1
 seed = 1
@@ -296,6 +274,16 @@ pods_at_stations."1" = [
 
 [ rules . poa ]
 rule = "x"
+
+[[sets]]
+name = "a"
+[[sets]]
+name = "b"
+[sets.rules]
+poa = "x"
+[[sets]]
+[[ others ]]
+name = 1
 """
 
 
@@ -312,24 +300,16 @@ rule = "x"
     (("rules",), 12),  # a table that only a deeper header makes
     (("instance", "skus"), 5),  # not there: the table it would be in
     (("stations", "pick_s"), None),  # nothing of it there
+    (("sets",), 15),
+    (("sets", 0, "name"), 16),
+    (("sets", 1), 17),
+    (("sets", 1, "name"), 18),
+    (("sets", 1, "rules", "poa"), 20),  # a table within the last one before it
+    (("sets", 2, "name"), 21),  # not there: its table
+    (("others", 0, "name"), 23),
 )
 def test_a_key_is_found(path: tuple[str | int, ...], line: int | None) -> None:
     assert line_of(DOTTED, path) == line
-
-
-@cases(
-    "path line",
-    (("sets",), 1),
-    (("sets", 0, "name"), 2),
-    (("sets", 1), 4),
-    (("sets", 1, "name"), 5),
-    (("sets", 1, "rules", "poa"), 7),  # a table within the last one before it
-    (("sets", 2, "name"), 9),  # not there: its table
-    (("others", 0, "name"), 11),
-)
-def test_tables_of_a_list_are_told_apart(path: tuple[str | int, ...], line: int) -> None:
-    text = '[[sets]]\nname = "a"\n\n[[sets]]\nname = "b"\n[sets.rules]\npoa = "x"\n\n[[sets]]\n[[ others ]]\nname = 1\n'
-    assert line_of(text, path) == line
 
 
 NUMBERS = [at_least(1), at_least(0), within(0.5, 2), POSITIVE, DURATION, MAYBE_NO_TIME, MOVING, SHARE]
@@ -343,37 +323,6 @@ def refusal(check: Any, value: object) -> str | None:
     return None
 
 
-NO_CAPACITY = "expected a whole number from 1 to 1,000,000,000, or a list of them, one per station, found"
-
-
-@cases(
-    "check right wrong message",
-    (at_least(1), 1, 0, "expected a whole number >= 1, found 0"),
-    (within(0.5, 2), 2, 2.5, "expected a number from 0.5 to 2, found 2.5"),
-    (within(0.5, 2), 0.5, 0.4, "expected a number from 0.5 to 2, found 0.4"),
-    (POSITIVE, 1e-9, 0, "expected a number > 0 up to 1e10, found 0"),
-    (POSITIVE, 1e10, 1.7e308, "expected a number > 0 up to 1e10, found 1.7e+308"),
-    (DURATION, 0.001, 0, "expected a number from 0.001 to 3600, found 0"),  # a tick at least
-    (MAYBE_NO_TIME, 0, -0.1, "expected a number from 0 to 3600, found -0.1"),
-    (MOVING, 1000, 1001, "expected a number from 0.001 to 1000, found 1001"),
-    (SHARE, 1, 0, "expected a number in (0, 1], found 0"),
-    (SHARE, 0.01, 1.01, "expected a number in (0, 1], found 1.01"),
-    (CAPACITY, 1, 0, f"{NO_CAPACITY} 0"),
-    (CAPACITY, (1, 2), (1, 0), f"{NO_CAPACITY} [1, 0]"),
-    (CAPACITY, (1,), (), f"{NO_CAPACITY} []"),
-    (OneOf("start", "poisson"), "start", "strat", 'found "strat" (did you mean `start`?)'),
-    (OneOf("start", "poisson"), "poisson", "x", 'found "x"; expected one of `poisson`, `start`'),
-)
-def test_a_wrong_value_is_one_sentence(check: Any, right: object, wrong: object, message: str) -> None:
-    assert refusal(check, right) is None
-    assert refusal(check, wrong) == message
-
-
-def test_a_key_that_was_left_out_is_not_checked() -> None:
-    assert refusal(Check("anything", lambda value: False), None) is None
-    assert refusal(CAPACITY, None) is None
-
-
 @given(
     value=st.floats(allow_nan=False, allow_infinity=False) | st.integers(-10, 10_000), check=st.sampled_from(NUMBERS)
 )
@@ -382,66 +331,9 @@ def test_the_schema_says_the_same(value: float, check: Check) -> None:
     assert by_schema == (refusal(check, value) is None)
 
 
-TEXTS = st.text(st.characters(codec="utf-8"))
-VALUES = st.recursive(
-    st.booleans() | st.integers(-(2**63), 2**63 - 1) | st.floats(allow_nan=False) | TEXTS | st.dates(),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(TEXTS, inner, max_size=3),
-    max_leaves=8,
-)
-
-
-@given(VALUES)
-@settings(max_examples=40)
-def test_values_read_back(value: Any) -> None:
-    assert tomllib.loads(f"x = {toml_value(value)}")["x"] == value
-
-
-@given(TEXTS)
-@settings(max_examples=40)
-def test_keys_read_back(key: str) -> None:
-    assert tomllib.loads(f"{toml_key(key)} = 1") == {key: 1}
-
-
-@cases(
-    "value text",
-    (True, "true"),
-    (3, "3"),
-    (0.1, "0.1"),
-    ('a\n"b" ü', '"a\\n\\"b\\" ü"'),
-    ((1, "a"), '[1, "a"]'),
-    ({"rule": "x", "a b": [{}]}, '{ rule = "x", "a b" = [{}] }'),
-    (datetime.date(2026, 1, 31), "2026-01-31"),
-)
-def test_values_are_on_one_line(value: object, text: str) -> None:
-    assert toml_value(value) == text
-
-
-def test_keys_and_values_are_shown() -> None:
-    assert [toml_key(key) for key in ("pick_s", "a-1", "1", "a.b", "")] == ["pick_s", "a-1", "1", '"a.b"', '""']
+def test_what_json_and_toml_write_otherwise() -> None:
     assert toml_text("a\x7fb") == '"a\\u007fb"'  # which JSON would leave as it is, and TOML forbids
-    assert (shown(None), shown("x" * 58)) == ("null", f'"{"x" * 58}"')
-    cut = shown("x" * 59)
-    assert (len(cut), cut[-4:]) == (60, "x...")
     nested: list[Any] = []
     for _ in range(990):
         nested = [nested]
     assert shown(nested) == "lists or tables in one another"
-
-
-@cases(
-    "text problem",
-    ("x = ", "Invalid value"),
-    (f"x = {'9' * 5000}", "found a number of more than 4,300 digits"),
-    (f"x = {'[' * 60}{']' * 60}", "found more than 50 lists or tables in one another"),
-    (f"x = {'{a = ' * 60}1{'}' * 60}", "found more than 50 lists or tables in one another"),
-    (f"x = {'[' * 2000}{']' * 2000}", "found more than 50 lists or tables in one another"),
-    ids=["no value", "digits", "lists", "tables", "too many for Python"],
-)
-def test_what_cannot_be_read_is_a_value_error(text: str, problem: str) -> None:
-    """So is what Python would not read: endless numbers, endless nesting."""
-    with pytest.raises(ValueError, match=problem):
-        read_toml(text)
-
-
-def test_what_can_be_read_is_read() -> None:
-    assert read_toml(f"x = {'[' * 40}{']' * 40}\n[a.b]\nc = 1")["a"] == {"b": {"c": 1}}

@@ -5,7 +5,7 @@ import json
 import pickle
 import time
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,15 +16,11 @@ from hypothesis import strategies as st
 
 from cases import cases
 from rmfs_commands.cli.toml_scenario import to_toml
-from rmfs_commands.instances.overrides import DATA_FILES, given_in, rule_name_from
-from rmfs_core.entrypoints import RULES as GROUP
-from rmfs_core.entrypoints import offers
+from rmfs_commands.instances.overrides import DATA_FILES, given_in
 from rmfs_core.errors import InputError
 from rmfs_core.motion import Motion
 from rmfs_core.scenario import load_scenario, scenario_from_dict, scenario_to_dict, shipped_scenarios
 from rmfs_core.scenario.model import (
-    DRAWN,
-    GENERATED,
     Arrivals,
     InstanceSection,
     LayoutSection,
@@ -34,20 +30,17 @@ from rmfs_core.scenario.model import (
     RunSection,
     Scenario,
     StationsSection,
-    replaced_keys,
 )
-from rmfs_core.scenario.rulenames import GivenText, check_rule_name, inline_parts, is_inline, rule_choices
 from rmfs_core.scenario.service import Spread
-from rmfs_core.scenario.structuring import KeyProblem, section_class
+from rmfs_core.scenario.structuring import section_class
 from saying import said
 
 ONE, OTHER = RuleChoice("one"), RuleChoice("other")
-RULES = RulesSection(poa=ONE, pps=OTHER)
 
 
 def test_the_defaults_are_the_papers() -> None:
     """Section 4.1 and Appendix D of the paper: instance, grid, robots and stations."""
-    scenario = Scenario(rules=RULES)
+    scenario = Scenario(rules=RulesSection(poa=RuleChoice("one"), pps=RuleChoice("other")))
     instance, layout, robots, stations = scenario.instance, scenario.layout, scenario.robots, scenario.stations
     assert (instance.orders, instance.skus, instance.pods, instance.skus_per_pod) == (250, 100, 100, 3)
     assert layout.block_rows * layout.block_columns * 2 * layout.block_length == 504
@@ -57,29 +50,6 @@ def test_the_defaults_are_the_papers() -> None:
     assert instance.items_per_sku is None
     for name in ("acceleration_m_per_s2", "top_speed_m_per_s", "full_turn_s", "lift_s"):
         assert getattr(robots, name) == getattr(Motion(), name)
-
-
-def test_keys_that_take_the_place_of_others() -> None:
-    InstanceSection(skus=3, skus_per_pod=3)
-    InstanceSection(skus=2, skus_per_pod=3, orders_file="o.csv", pods_file="p.csv")
-    StationsSection(pick_s=13.0)
-    Arrivals("poisson", 60.0)
-    RulesSection(poa_pps=ONE)
-    assert attrs.fields_dict(InstanceSection).keys() >= GENERATED
-    assert attrs.fields_dict(LayoutSection).keys() >= DRAWN
-    assert replaced_keys(InstanceSection(orders_file="o", pods_file="p")) == ("orders_file", GENERATED)
-    refilled = InstanceSection(orders_file="o", pods_file="p", arrivals=Arrivals("refill", backlog=3))
-    assert replaced_keys(refilled) == ("orders_file", GENERATED - {"arrivals"})
-    assert replaced_keys(LayoutSection(map_file="m")) == ("map_file", DRAWN)
-    for section in (InstanceSection(), LayoutSection(), RunSection()):
-        assert replaced_keys(section) == ("", frozenset())
-
-
-def test_another_seed_is_another_scenario_and_another_folder_is_not() -> None:
-    scenario = Scenario(rules=RULES, seed=1)
-    assert (scenario.with_seed(2).seed, scenario.with_seed(2).with_seed(1)) == (2, scenario)
-    assert scenario.with_seed(2) != scenario
-    assert attrs.evolve(scenario, folder="elsewhere") == scenario
 
 
 @cases(
@@ -209,14 +179,8 @@ def test_files_of_rules_are_looked_up_where_the_command_is(tmp_path: Path, monke
     assert own.poa == own.pps == RuleChoice("./rules/my.py:X")
     whole = load_scenario("../own.toml", [f'rules={{poa="{named}", pps="demand"}}']).rules
     assert whole.poa == RuleChoice("./rules/my.py:X")
-
-
-def test_rules_in_a_scenario_file_stay_relative_to_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "my.py").write_text(RULE_FILE, encoding="utf-8")
-    (tmp_path / "own.toml").write_text(OWN.replace("pod-match", "./my.py:X"), encoding="utf-8")
-    (tmp_path / "other").mkdir()
-    monkeypatch.chdir(tmp_path / "other")
-    assert load_scenario("../own.toml").rules.poa == RuleChoice("./my.py:X")
+    (tmp_path / "own.toml").write_text(OWN.replace("pod-match", "./rules/my.py:X"), encoding="utf-8")
+    assert load_scenario("../own.toml").rules.poa == RuleChoice("./rules/my.py:X")
     assert (
         said(InputError, load_scenario, "paper-250", ["rules.pps=./my.py:X"])
         == f"--set rules.pps=./my.py:X: there is no file `{tmp_path}/other/my.py`"
@@ -299,101 +263,11 @@ def test_texts_of_parameters_are_given_where_the_command_is(tmp_path: Path, monk
     assert given.poa.parameters["b"].there == given.pps.parameters["c"][0].there == str(tmp_path / "other")
     monkeypatch.chdir(tmp_path)
     assert type(load_scenario("own.toml", ["rules.poa.b=w"]).rules.poa.parameters["b"]) is str
-
-
-Install = Callable[..., None]
-
-
-def test_every_choice_has_its_path() -> None:
-    a, b, c, d = (RuleChoice(name) for name in "abcd")
-    rules = RulesSection(poa_pps=a, pr=b, wait_for_stock=True, filters=(c, a), observers=(d,))
-    assert [(path, choice.rule) for path, choice in rule_choices(rules)] == [
-        (("poa_pps",), "a"),
-        (("pr",), "b"),
-        (("ta",), "balanced"),
-        (("pp",), "sipp"),
-        (("filters", 0), "c"),
-        (("filters", 1), "a"),
-        (("observers", 0), "d"),
-    ]
-
-
-@cases(
-    "name inline",
-    *((name, True) for name in ("./a.py:A", "../a.py:A", "/x/a.py:A", "a.py:A", "a.py", "./a", "rules/a.py:A")),
-    *((name, False) for name in ("pod-match", "acme.rule", "mypy", "a:b")),
-)
-def test_names_of_files_are_told_from_names_of_rules(name: str, inline: bool) -> None:
-    assert is_inline(name) == inline
-
-
-def test_an_inline_name_has_a_file_and_a_class() -> None:
-    assert inline_parts("./a.py:A") == ("./a.py", "A")
-    assert inline_parts("./c:d/a.py:A") == ("./c:d/a.py", "A")
-
-
-@pytest.mark.parametrize("name", ["./a.py", "./a:A", "./a.py:", "./a.py:A.B", "./a.py:1", ":A", "./a.pyc:A"])
-def test_half_an_inline_name_is_refused(name: str) -> None:
-    assert (
-        said(KeyProblem, inline_parts, name)
-        == f'expected "./file.py:Class" for a rule next to the scenario, found "{name}"'
-    )
-
-
-@cases(
-    "name there named",
-    ("pod-match", "home", "pod-match"),  # no file: as it is
-    ("./a.py", "home", "./a.py"),  # wrong: left for the check to refuse
-    ("./a.py:A", "home", "./a.py:A"),
-    ("a.py:A", "home/sub", "./sub/a.py:A"),
-    ("../home/sub/../a.py:A", "other", "./a.py:A"),
-    ("./a.py:A", "other", "{tmp}/other/a.py:A"),
-    ("{tmp}/home/a.py:A", "other", "./a.py:A"),
-    ("{tmp}/homely/a.py:A", "home", "{tmp}/homely/a.py:A"),  # beside the folder, not in it
-)
-def test_a_file_keeps_its_place_when_named_from_elsewhere(tmp_path: Path, name: str, there: str, named: str) -> None:
-    tmp = str(tmp_path.resolve())
-    assert rule_name_from(name.format(tmp=tmp), tmp_path / there, tmp_path / "home") == named.format(tmp=tmp)
-
-
-def test_rules_that_are_there_are_accepted(tmp_path: Path, install: Install) -> None:
-    install("acme", {"mine": "acme_missing:Mine"})
-    (tmp_path / "a.py").write_text("raise SystemExit", encoding="utf-8")
-    for name in ("demand", "mine", "./a.py:A", "a.py:A", f"{tmp_path}/a.py:Whatever"):
-        check_rule_name(name, tmp_path, offers(GROUP))
-
-
-@cases(
-    "name message",
-    ("demnd", 'there is no rule "demnd" (did you mean `demand`?)'),
-    ("./b.py:A", "there is no file `./b.py` in the scenario's folder ({folder})"),
-    ("/nowhere/b.py:A", "there is no file `/nowhere/b.py`"),
-)
-def test_rules_that_are_not_there_are_refused(tmp_path: Path, name: str, message: str) -> None:
-    assert said(KeyProblem, check_rule_name, name, tmp_path, offers(GROUP)) == message.format(folder=tmp_path)
-
-
-@pytest.mark.parametrize("name", ["./a\0b.py:A", "/x/a\0b.py:A"])
-def test_a_name_that_no_file_can_have_is_kept(tmp_path: Path, name: str) -> None:
-    assert rule_name_from(name, tmp_path, tmp_path / "home") == name
-    with pytest.raises(KeyProblem, match="there is no file"):
-        check_rule_name(name, tmp_path, ())
-
-
-def test_texts_of_parameters_know_where_they_were_given() -> None:
-    kept = GivenText("x", "/first")
-    rules = {"poa": {"rule": "a", "file": "x", "deep": [{"file": "x", "n": 1}], "kept": kept}, "pps": "b"}
-    given = given_in(rules, ("rules",), "/there")
-    assert given == rules
-    assert type(given["poa"]["rule"]) is type(given["pps"]) is str
-    assert given["poa"]["file"].there == given["poa"]["deep"][0]["file"].there == "/there"
-    assert given["poa"]["kept"].there == "/first"
-    assert type(given_in(["a"], ("rules", "filters"), "/there")[0]) is str
-    assert given_in("w", ("rules", "poa", "file"), "/there").there == "/there"
-    text = GivenText("x", "/there")
-    assert (text, json.dumps([text]), repr(text)) == ("x", '["x"]', "'x' in /there")
+    text = given.poa.parameters["b"]
+    assert given_in({"b": text}, ("rules", "poa"), "/there")["b"].there == text.there  # not given anew
+    assert (json.dumps([text]), repr(text)) == ('["w"]', f"'w' in {tmp_path}/other")
     for same in (copy.deepcopy(text), pickle.loads(pickle.dumps(text))):
-        assert (same, same.there) == ("x", "/there")
+        assert (same, same.there) == ("w", f"{tmp_path}/other")
 
 
 TEXTS = st.text(st.characters(codec="utf-8"), max_size=8)

@@ -1,28 +1,24 @@
 """A decision round: who is asked when, what becomes of the answers, and what the parts of a run share."""
 
 import time
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from attrs import define
 
 from bad_rules import prepare_bad
 from cases import cases
 from rmfs_commands.layouts import parse_map
 from rmfs_commands.testing import small_instance, small_world
-from rmfs_core import hookimpl
 from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, SolveReport, TaskAssignment
 from rmfs_core.errors import RuleError, StandstillError
 from rmfs_core.events import DecisionMade, Event, OrderAssigned, TaskAssigned, TripDecided
-from rmfs_core.info import Question
 from rmfs_core.roles import Role
 from rmfs_core.scenario.model import RuleChoice, RunSection
 from rmfs_core.simulation import engine
-from rmfs_core.simulation.applying import apply_assignments, apply_selection, apply_tasks
-from rmfs_core.simulation.asking import Asker, ImpossibleError, Observers
+from rmfs_core.simulation.applying import apply_assignments
+from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.rounds import Decisions
 from rmfs_core.warehouse import Pod, Robot, Warehouse
@@ -199,26 +195,6 @@ def test_when_rules_wake_up(tmp_path: Path) -> None:
     assert asked_at(rule) == [0.0]
 
 
-def test_observers_are_not_told_when_rules_wake_up(tmp_path: Path) -> None:
-    run, deciding, _ = waking(tmp_path, [None])
-    questions: list[str] = []
-    run.rules.register_observer(Listening(questions))
-    run.asker = Asker(run.warehouse, None, Observers(run.rules, run.warehouse))
-    deciding.asker = run.asker
-    deciding.round()
-    assert questions == []
-    assert run.asker.calls == {"wake_at": 1}
-
-
-@define
-class Listening:
-    hooks: list[str]
-
-    @hookimpl
-    def rule_asked(self, question: Question) -> None:
-        self.hooks.append(question.hook)
-
-
 WAKING = """
 import time
 from attrs import define
@@ -290,27 +266,6 @@ def assigned(world: Warehouse, answer: object, **more: Any) -> list[Event]:
     return events
 
 
-def selected(world: Warehouse, trips: Sequence[PodTrip], max_fetches: int) -> list[Event]:
-    events: list[Event] = []
-    apply_selection(world, trips, max_fetches=max_fetches, keep=events.append)
-    return events
-
-
-def test_an_order_is_assigned_whole_or_line_by_line() -> None:
-    world = small_world({"1": {"a": 2, "b": 1}, "2": ["b"]}, {"p": ["a", "b"]}, capacities=[5])
-    world.advance(70)
-    events = assigned(world, [OrderAssignment(0, 0, skus=(1,)), OrderAssignment(1, 0)], period=4)
-    assert events == [
-        OrderAssigned(70, order=0, station=0, skus=(1,), items=1, period=4, complete=False),
-        OrderAssigned(70, order=1, station=0, skus=(1,), items=1, period=4, complete=True),
-    ]
-    assert assigned(world, [OrderAssignment(0, 0)], period=5) == [
-        OrderAssigned(70, order=0, station=0, skus=(0,), items=2, period=5, complete=True)
-    ]
-    assert not world.backlog
-    assert world.stations[0].load == 4
-
-
 def test_joint_decisions() -> None:
     world = small_world({"1": ["a"], "2": ["a"]}, {"p": ["a"]}, capacities=[5])
     assigned(world, [OrderAssignment(1, 0)], shown={1})
@@ -351,31 +306,6 @@ def test_split_orders_need_room_at_the_packing_stations() -> None:
     assert len(assign(None)) == len(assign(2)) == 2
     with pytest.raises(ImpossibleError, match=r"^left 2 split orders open at once; the packing stations hold 1$"):
         assign(1)
-
-
-def test_only_stored_pods_need_robots() -> None:
-    world = small_world(
-        {"1": ["a"], "2": ["a"], "3": ["b"]}, {"p": ["a"], "q": ["b"], "r": ["a"]}, capacities=[5, 5], robots=1
-    )
-    world.place_at_station(world.robots[0], world.pods[0], world.stations[0])
-    assigned(world, [OrderAssignment(1, 1), OrderAssignment(2, 1)])
-    events = selected(world, [PodTrip(0, 1), PodTrip(1, 1)], max_fetches=1)
-    assert events == [TripDecided(0, pod=0, station=1), TripDecided(0, pod=1, station=1)]
-    assert (world.pods[0].bound_for, list(world.waiting)) == ((0, 1), [1])
-    assert all(request.covered for request in world.stations[1].open_requests)
-
-
-def test_tasks_are_given_told_and_begun_one_by_one() -> None:
-    world = small_world({"1": ["a", "b"]}, {"p": ["a"], "q": ["b"]}, capacities=[5])
-    for pod in world.pods:
-        world.bind(pod, world.stations[0])
-    happened: list[object] = []
-    answer = [TaskAssignment(1, 0), TaskAssignment(0, 1)]
-    apply_tasks(
-        world, answer, happened.append, lambda robot, pod: happened.append((robot.id, pod.id, robot.task, pod.robot))
-    )
-    assert happened == [TaskAssigned(0, robot=1, pod=0), (1, 0, 0, 1), TaskAssigned(0, robot=0, pod=1), (0, 1, 1, 0)]
-    assert world.waiting == {}
 
 
 def context(folder: Path, seed: int = 1, **rules: object) -> RunContext:

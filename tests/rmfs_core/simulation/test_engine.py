@@ -1,7 +1,6 @@
 """The simulation's story on instances small enough to work out by hand: time 0, step by step, cancelled orders."""
 
 from collections.abc import Callable
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -33,32 +32,6 @@ def stations(**keys: Any) -> Change:
 def refill(backlog: int) -> Change:
     arrivals = model.Arrivals("refill", backlog=backlog)
     return lambda scenario: evolve(scenario, instance=evolve(scenario.instance, arrivals=arrivals))
-
-
-def test_one_item_takes_fetching_lifting_carrying_and_handling(tiny_run: Prepare) -> None:
-    """One robot, pod, item: the run is the empty drive, 2.2 s of lifting, the loaded drive and 13 s of handling."""
-    run = tiny_run(ONE_ORDER)
-    warehouse = run.warehouse
-    travel, robot, pod = warehouse.travel, warehouse.robots[0], warehouse.pods[0]
-    station = warehouse.stations[0].cell
-    fetch = travel.ticks(robot.cell, robot.heading, pod.cell, loaded=False)
-    run.simulation.run()
-    heading = next(e.heading for e in reversed(run.of(events.RobotMoved)) if e.pod is None) if fetch else 1
-    carry = travel.ticks(pod.robot is not None and warehouse.homes[0], heading, station, loaded=True)
-    assert (run.simulation.now, run.simulation.status) == (fetch + 2200 + carry + 13000, "complete")
-
-
-@pytest.mark.parametrize(("release", "later"), [("picked", 0), ("handled", 6000)])
-def test_the_picker_needs_thirteen_seconds_an_item(tiny_run: Prepare, release: str, later: int) -> None:
-    """Three items from one pod: picks begin 13 s apart, each done after 7 s; the pod leaves with the last one."""
-    instance = small_instance({"1": ["a", "b", "c"]}, {"p": ["a", "b", "c"]})
-    run = tiny_run(instance, change=stations(release=release)).done()
-    picks = run.of(events.ItemPicked)
-    starts = [pick.start_tick for pick in picks]
-    assert [b - a for a, b in pairwise(starts)] == [13000, 13000]
-    assert [pick.tick - pick.start_tick for pick in picks] == [7000] * 3
-    assert (run.of(events.VisitEnded)[0].picks, run.of(events.VisitEnded)[0].tick) == (3, picks[-1].tick)
-    assert run.of(events.OrderCompleted)[0].tick == picks[-1].tick + later
 
 
 def test_places_may_be_given_back_when_items_are_handled(tiny_run: Prepare) -> None:
@@ -97,46 +70,6 @@ def test_the_next_pod_moves_up_while_the_picker_still_handles_the_last_item(tiny
     assert second.start_tick == first.picker_free_tick == 13000
 
 
-def test_a_pod_goes_on_to_the_next_station_it_is_bound_for(tiny_run: Prepare) -> None:
-    run = tiny_run(
-        small_instance({"1": ["a", "b"], "2": ["a", "c"]}, {"p": ["a"], "q": ["b"], "r": ["c"]}),
-        robots=3,
-        capacity=(2, 2),
-    ).done()
-    visits = [(visit.pod, visit.station) for visit in run.of(events.VisitStarted)]
-    assert sorted(visits) == [(0, 0), (0, 1), (1, 0), (2, 1)]
-    onward = [event for event in run.of(events.VisitEnded) if event.next_station is not None]
-    assert [event.pod for event in onward] == [0]
-    lifted = [event.pod for event in run.of(events.PodLifted)]
-    assert sorted(lifted) == [0, 1, 2]
-
-
-def test_a_pod_is_put_back_and_later_orders_are_picked_later(tiny_run: Prepare) -> None:
-    run = tiny_run(small_instance({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}), capacity=1).done()
-    stored, lifted = run.of(events.PodStored), run.of(events.PodLifted)
-    assert (len(stored), len(lifted)) == (1, 2)
-    assert stored[0].tick <= lifted[1].start_tick
-    instance = small_instance({"1": ["a"], "2": ["a"]}, {"p": ["a"]}, arrivals_s={"2": 500})
-    run = tiny_run(instance).done()
-    assert [event.tick for event in run.of(events.OrderArrived)] == [0, 500_000]
-    assert [event.tick for event in run.of(events.OrderAssigned)] == [0, 500_000]
-    assert [event.order for event in run.of(events.OrderCompleted)] == [0, 1]
-
-
-def test_a_queue_has_room_for_so_many(tiny_run: Prepare) -> None:
-    skus = list("abcdef")
-    run = tiny_run(
-        small_instance({str(i): [sku] for i, sku in enumerate(skus)}, {sku: [sku] for sku in skus}),
-        robots=6,
-        queue_length=1,
-    ).done()
-    under_way = 0
-    for event in run.events:
-        under_way += isinstance(event, events.PodLifted) - isinstance(event, events.VisitEnded)
-        assert under_way <= 2
-    assert len(run.of(events.OrderCompleted)) == 6
-
-
 def test_a_pod_more_than_needed_is_no_error(tiny_run: Prepare, tmp_path: Path) -> None:
     wanted = "wanted = {one.sku for one in warehouse.stations[0].uncovered_requests}"
     body = f"{wanted}; return [PodTrip(pod.id, 0) for pod in warehouse.free_pods if wanted & {{*pod.contents}}]"
@@ -157,11 +90,6 @@ def test_a_rule_that_cannot_be_prepared_is_named(tiny_run: Prepare, tmp_path: Pa
         tiny_run(ONE_ORDER, pp="./bad.py:Bad")
 
 
-def test_a_station_takes_an_order_larger_than_it_is(tiny_run: Prepare) -> None:
-    run = tiny_run(small_instance({"1": ["a", "b"], "2": ["a"]}, {"p": ["a", "b"]}), capacity=1).done()
-    assert [event.order for event in run.of(events.OrderCompleted)] == [0, 1]
-
-
 @cases(
     "line problem",
     ('stations.open = { 9 = [["06:00", "14:00"]] }', "stations.open.9: no station 9; expected 1 to 4"),
@@ -178,15 +106,6 @@ def test_what_is_found_when_a_warehouse_is_opened_names_file_and_line(tmp_path: 
         rmfs_core.run(file)
     at = "" if problem.startswith("instance.pods:") and "layout" in line else ", line 2"
     assert str(caught.value).startswith(f"{file}{at}, {problem}")
-
-
-def test_a_need_that_is_not_met_is_refused(tiny_run: Prepare, tmp_path: Path) -> None:
-    name = write_rule(tmp_path, "poa", "return []")
-    (tmp_path / "bad.py").write_text(
-        (tmp_path / "bad.py").read_text().replace("class Bad:", "class Bad:\n    needs = ('unlimited stock',)")
-    )
-    with pytest.raises(InputError, match=r"rules\.poa: rule .* needs pods whose SKUs never run out, but"):
-        tiny_run(small_instance({"1": ["a"]}, {"p": {"a": 3}}), poa=name)
 
 
 RULES = model.RulesSection(poa=RuleChoice("first-come"), pps=RuleChoice("demand"))

@@ -60,40 +60,6 @@ def test_nothing_is_assigned_before_a_station_opens(tiny_run: Prepare) -> None:
     assert {event.station for event in run.of(events.OrderAssigned)} == {1}
 
 
-def test_a_station_that_closes_finishes_what_it_has(tiny_run: Prepare) -> None:
-    instance = small_instance({"1": {"a": 10}, "2": ["a"], "3": ["a"]}, {"p": ["a"]})
-    run = tiny_run(instance, capacity=10, change=hours((("00:00", "00:01"),))).done()
-    assert [event.tick for event in run.of(events.StationClosed)] == [MINUTE]
-    assert [event.tick for event in run.of(events.OrderAssigned)] == [0, DAY, DAY]
-    first = [event.tick for event in run.of(events.ItemPicked) if event.order == 0]
-    assert len(first) == 10
-    assert first[-1] > MINUTE
-    assert run.simulation.status == "complete"
-    run = tiny_run(ONE_ORDER, capacity=(2, 2), change=hours({"1": (("06:00", "22:00"),)}))
-    first, second = run.warehouse.stations
-    run.simulation.start()
-    assert (first.open, first.staffed, first.opens_s, first.closes_s) == (False, False, 21_600, None)
-    assert (second.open, second.staffed, second.opens_s, second.closes_s) == (True, True, None, None)
-    assert (first.free_capacity, second.free_capacity) == (0, 2)
-    while not first.open:
-        run.warehouse.advance(int(run.simulation.env.peek()))
-        run.simulation.env.step()
-    assert (first.opens_s, first.closes_s, first.free_capacity) == (None, 79_200, 2)
-
-
-def test_robots_off_duty_finish_their_task_and_take_no_other(tiny_run: Prepare) -> None:
-    instance = small_instance({str(i): {sku: 2} for i, sku in enumerate("abcdef")}, {sku: sku for sku in "abcdef"})
-    robots = (("00:00", "00:01"), ("00:01", "24:00", 1))
-    run = tiny_run(instance, robots=2, capacity=4, change=hours(robots=robots)).done()
-    assert [(event.tick, event.number) for event in run.of(events.RobotsOnDuty)] == [(MINUTE, 1)]
-    tasks = run.of(events.TaskAssigned)
-    assert {event.robot for event in tasks if event.tick < MINUTE} == {0, 1}
-    assert {event.robot for event in tasks if event.tick >= MINUTE} == {0}
-    assert any(event.robot == 1 and event.tick > MINUTE for event in run.of(events.PodStored))
-    assert not run.warehouse.robots[1].idle
-    assert run.simulation.status == "complete"
-
-
 def test_when_a_run_stands_still(tiny_run: Prepare) -> None:
     change = hours((("06:00", "22:00"),), robots=(("08:00", "09:00", 0),))
     run = tiny_run(ONE_ORDER, change=change)
@@ -228,13 +194,6 @@ def test_each_draw_is_of_its_own_whatever_was_drawn_before() -> None:
     assert len(set(drawn_first.values())) == len(items)
     assert Services(section, 4, 2).item_s(0, 0, 0) != one.item_s(0, 0, 0)
     assert all(pick <= handle for pick, handle in drawn_first.values())
-
-
-def test_no_spread_is_the_number(tmp_path: Path) -> None:
-    for name, pick in (("number", "6.0"), ("table", "{mean=6.0, cv=0}")):
-        rmfs_core.run("examples/small", overrides=[f"stations.pick_s={pick}"], out=tmp_path / name)
-    for file in ("orders.csv", "visits.csv", "delays.csv"):
-        assert (tmp_path / "number" / file).read_bytes() == (tmp_path / "table" / file).read_bytes()
 
 
 @cases(

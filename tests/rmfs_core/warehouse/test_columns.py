@@ -11,15 +11,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from attrs import define, evolve
+from attrs import define
 from hypothesis import Phase, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule, run_state_machine_as_test
 
-from rmfs_commands.testing import small_instance, small_world
+from rmfs_commands.testing import small_world
 from rmfs_core.warehouse import BUSY, STORED, Lines, Order, Pod, Stock, Warehouse, WarehouseView, column_keeping
 from rmfs_core.warehouse.backlog import Backlog
 from rmfs_core.warehouse.claims import Claims
+from rmfs_core.warehouse.parts import UNLIMITED, put
 from rmfs_core.warehouse.promises import next_request
 from standing import put_at_station
 
@@ -84,6 +85,40 @@ def hold_stock(stock: Stock, world: Warehouse) -> None:
     assert stock.cell[sent].tolist() == [world.pods[pod].cell for pod in sent]
 
 
+def hold_books(world: Warehouse) -> None:
+    """Compare loads, demand and sizes with what orders and requests amount to."""
+    orders, backlog = world.arrived.values(), world.backlog
+    parts = [part for order in orders for part in order.parts]
+    assert len(parts) == len({(part.order.id, part.station, part.period) for part in parts})
+    for station in world.stations:
+        load = sum(part.items for part in parts if part.station == station.id and part.unpicked_items)
+        assert (station.load, station.free_capacity) == (load, max(station.capacity - load, 0))
+    assert world.split_orders_open == sum(order.split and not order.complete for order in orders)
+    wanted, ordered = Counter[int](), Counter[int]()
+    for order in orders:
+        assert sorted(order.stations) == sorted({part.station for part in order.parts})
+        ordered.update(dict(order.lines))
+        wanted.update(dict(order.open_lines))
+    promised = Counter[tuple[int, int]]()
+    for request in (request for station in world.stations for request in station.open_requests):
+        wanted[request.sku] += request.items
+        if request.pod is not None:
+            promised[request.pod.id, request.sku] += request.items
+    for pod in world.pods:
+        for sku, items in pod.contents.items():
+            free = UNLIMITED if items == UNLIMITED else items - promised[pod.id, sku]
+            assert pod.free_items(sku) == free >= 0
+    assert world.open_demand.tolist() == [wanted[sku] for sku in range(world.n_skus)]
+    assert world.ordered.tolist() == [ordered[sku] for sku in range(world.n_skus)]
+    assert [order.id for order in backlog.orders] == [
+        order.id
+        for order in world.orders
+        if order.id in world.arrived and order.open_lines and not order.waits_for_stock
+    ]
+    assert backlog.sizes == Counter(order.open_items for order in backlog)
+    assert backlog.line_sizes == Counter(line.quantity for order in backlog for line in order.open_lines)
+
+
 class Run(RuleBasedStateMachine):
     @initialize(
         orders=st.lists(
@@ -105,7 +140,10 @@ class Run(RuleBasedStateMachine):
         if finite:
             self.world.claims = Claims(self.world.pods)
         self.coming = [*self.world.orders]
+        for order in self.world.orders[::3]:
+            put(order, "priority", 1)
         self.seen: dict[object, object] = {}
+        self.period = 1
 
     @rule(number=st.integers(1, 20), tick=st.integers(0, 3))
     @precondition(lambda self: self.coming)
@@ -115,18 +153,19 @@ class Run(RuleBasedStateMachine):
             self.world.order_arrives(order, self.world.now)
         del self.coming[:number]
 
-    @rule(which=st.integers(0, 99), lines=st.integers(1, 3), at=st.integers(0, 1), period=st.integers(1, 2))
+    @rule(which=st.integers(0, 99), lines=st.integers(1, 3), at=st.integers(0, 1), later=st.booleans())
     @precondition(lambda self: len(self.world.backlog))
-    def assign(self, which: int, lines: int, at: int, period: int) -> None:
+    def assign(self, which: int, lines: int, at: int, later: bool) -> None:
+        self.period += later
         order = self.world.backlog.orders[which % len(self.world.backlog)]
         skus = [line.sku for line in order.open_lines[:lines]]
-        self.world.assign(order, self.world.stations[at], skus, period)
+        self.world.assign(order, self.world.stations[at], skus, self.period)
 
     @rule(number=st.integers(5, 30))
     @precondition(lambda self: len(self.world.backlog))
     def assign_all(self, number: int) -> None:
         for order in self.world.backlog.orders[:number]:
-            self.world.assign(order, self.world.stations[0], [line.sku for line in order.open_lines])
+            self.world.assign(order, self.world.stations[0], [line.sku for line in order.open_lines], self.period)
 
     @rule(which=st.integers(0, 99))
     def cancel(self, which: int) -> None:
@@ -161,16 +200,18 @@ class Run(RuleBasedStateMachine):
         if not pod.bound_for:
             put_at_station(self.world, pod.id)
 
-    @rule()
+    @rule(number=st.integers(1, 4))
     @precondition(lambda self: self.world.stations[0].line)
-    def pick(self) -> None:
+    def pick(self, number: int) -> None:
         robot, station = self.world.stations[0].line[0], self.world.stations[0]
         pod = self.world.pods[robot.task or 0]
-        served = [request for request in station.open_requests if request.pod is pod]
-        if served:
-            self.world.fulfil(served[0], pod)
-        else:
-            self.world.leave(robot, pod, station)
+        self.period += 1
+        for _ in range(number):
+            if (request := next_request(station, pod)) is None:
+                self.world.leave(robot, pod, station)
+                break
+            self.world.fulfil(request, pod)
+            hold_books(self.world)
 
     @rule(which=st.integers(0, 99))
     @precondition(lambda self: self.world.stations[0].line)
@@ -201,6 +242,7 @@ class Run(RuleBasedStateMachine):
     @rule()
     def look(self) -> None:
         view = WarehouseView(self.world)
+        hold_books(self.world)
         hold_lines(view.lines, view.backlog)
         flat = view.backlog_lines
         lines = view.lines
@@ -214,6 +256,8 @@ class Run(RuleBasedStateMachine):
         hold_lines(some.lines, some.backlog)
 
         hold_stock(view.stock, self.world)
+        for sku in range(view.n_skus):
+            assert [*view.pods_with(sku)] == [pod for pod in self.world.pods if sku in pod.contents]
         free, stock = view.free_items, view.stock
         assert (free.pod.tolist(), free.sku.tolist()) == (stock.pod.tolist(), stock.sku.tolist())
         assert free.number.tolist() == stock.items.tolist()
@@ -242,15 +286,6 @@ def test_columns_are_the_objects(monkeypatch: pytest.MonkeyPatch) -> None:
     run_state_machine_as_test(
         Run, settings=settings(max_examples=150, stateful_step_count=40, deadline=None, phases=[Phase.generate])
     )
-
-
-def test_orders_have_their_priority() -> None:
-    plain, instance = (make({"1": ["a"], "2": ["a"]}, {"p": ["a"]}) for make in (small_world, small_instance))
-    orders = (instance.orders[0], evolve(instance.orders[1], priority=3))
-    world = Warehouse(evolve(instance, orders=orders), plain.travel, plain.stations, plain.robots, plain.homes)
-    for order in world.orders:
-        world.order_arrives(order)
-    assert WarehouseView(world).lines.priority.tolist() == [0, 3]
 
 
 @define(eq=False)
@@ -368,6 +403,8 @@ def test_promises_are_those_of_items_one_by_one(seed: int) -> None:
         if step == "assign" and world.backlog:
             order = rng.choice(world.backlog.orders)
             lines = [*order.open_lines][: rng.randint(1, 3)]
+            part = order.part_of(station.id, period)
+            period += part is not None and not part.unpicked_items  # what is picked is of an earlier period
             world.assign(order, station, [sku for sku, _ in lines], period)
             literal.assign(order.id, [*map(tuple, lines)], station.id, period)  # type: ignore[arg-type]
         elif step == "bind" and station.id not in pod.bound_for:
@@ -379,6 +416,7 @@ def test_promises_are_those_of_items_one_by_one(seed: int) -> None:
                     world.fulfil(request, pod)
                 literal.pick(pod.id, station.id)
         period += step == "period"
+        hold_books(world)
         assert told(world) == literal.told()
         for at in world.stations:
             for one, other in pairwise(at.open_requests):

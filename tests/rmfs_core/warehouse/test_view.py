@@ -5,9 +5,9 @@ import pytest
 from rmfs_commands.processes.battery import Battery
 from rmfs_commands.testing import small_instance, small_world
 from rmfs_core.scenario.model import BatterySection
-from rmfs_core.warehouse import Order, Robot, Station, Warehouse, WarehouseView
-from rmfs_core.warehouse.parts import UNLIMITED, OrderLine
-from rmfs_core.world import NORTH, OrderData, StationCells
+from rmfs_core.warehouse import Station, Warehouse, WarehouseView
+from rmfs_core.warehouse.parts import OrderLine
+from rmfs_core.world import StationCells
 
 
 @pytest.fixture
@@ -23,11 +23,7 @@ def test_what_is_set_once_stays(world: Warehouse) -> None:
     for thing, name in zip(things, ("items", "name", "capacity", "id"), strict=True):
         with pytest.raises(AttributeError, match=rf"^{type(thing).__name__}\.{name} is read-only$"):
             setattr(thing, name, 3)
-    cells = StationCells(3, (4,))
-    assert Order(7, OrderData("A-1", arrival_tick=0, lines=()), lambda: 0).label == "A-1 (id 7)"
-    assert Station(0, cells, 5, False, 1).label == "1 (id 0)"
-    assert Station(0, cells, 5, False, 1, name="north").label == "north (id 0)"
-    assert Robot(1, 0, NORTH).label == "2 (id 1)"
+    assert Station(0, StationCells(3, (4,)), 5, False, 1, name="north").label == "north (id 0)"
 
 
 def test_an_order_is_open_until_it_is_assigned_and_unpicked_until_it_is_picked(world: Warehouse) -> None:
@@ -46,56 +42,6 @@ def test_an_order_is_open_until_it_is_assigned_and_unpicked_until_it_is_picked(w
     world.fulfil(first, pod)
     part = order.parts[0]
     assert (part.skus, part.items, part.unpicked_items, order.unpicked_items) == ((0,), 2, 1, 2)
-
-
-def test_stations_of_an_order_are_told_once() -> None:
-    world = small_world({"o": ["a", "b", "c"]}, {"p": ["a", "b", "c"]}, capacities=[5, 5])
-    order, (here, there) = world.orders[0], world.stations
-    for sku, station, period in ((0, there, 1), (1, here, 2), (2, there, 2)):
-        world.assign(order, station, [sku], period)
-    assert len(order.parts) == 3
-    assert order.stations == (1, 0)
-
-
-def test_a_pods_free_items_are_what_it_has_not_promised(world: Warehouse) -> None:
-    (p, q), station = world.pods, world.stations[0]
-    assert (p.free_items(0), p.free_items(1), p.free_items(9)) == (2, 1, 0)
-    world.bind(p, station)
-    world.assign(world.orders[0], station, [0])
-    assert (p.free_items(0), p.contents[0]) == (0, 2)
-    world.bind(q, station)
-    world.assign(world.orders[1], station, [1])
-    assert (q.free_items(1), q.contents[1]) == (UNLIMITED, UNLIMITED)
-    assert UNLIMITED == 2**40
-
-
-def test_a_pod_is_where_its_robot_is(world: Warehouse) -> None:
-    pod, robot, station = world.pods[0], world.robots[0], world.stations[0]
-    home = pod.cell
-    assert (pod.location, pod.robot, robot.idle) == (home, None, True)
-    world.bind(pod, station)
-    world.take_task(robot, pod)
-    assert (pod.location, pod.robot, robot.task, robot.pod, robot.idle) == (home, robot.id, pod.id, None, False)
-    assert robot.cell != home == pod.cell
-    world.move(robot, home, NORTH)
-    world.lift(robot, pod)
-    world.move(robot, 5, 2)
-    assert (pod.location, pod.cell, pod.bound_for) == (None, 5, (0,))
-    assert (robot.pod, robot.cell, robot.heading) == (pod.id, 5, 2)
-
-
-def test_a_stations_requests_and_pods_are_in_order(world: Warehouse) -> None:
-    station, (p, q) = world.stations[0], world.pods
-    world.bind(q, station)
-    world.bind(p, station)
-    for order in world.orders:
-        world.assign(order, station, [line.sku for line in order.open_lines])
-    requests = [(request.order.name, request.sku, request.items) for request in station.open_requests]
-    assert requests == [("first", 0, 2), ("first", 1, 1), ("second", 1, 2)]
-    assert station.inbound_pods == (q, p)
-    assert station.uncovered_requests == ()
-    other = world.stations[1]
-    assert (other.open_requests, other.inbound_pods) == ((), ())
 
 
 def test_a_stations_line_and_room(world: Warehouse) -> None:
@@ -262,52 +208,14 @@ def test_backlogs_of_views() -> None:
     assert (shown.backlog, shown.backlog_size, shown.filtered) == (world.orders[1:], 1, True)
 
 
-def test_demand_and_what_was_ordered() -> None:
-    world = small_world({"1": {"a": 2}, "2": ["a", "b"]}, {"p": {"a": 4, "b": 1}, "q": {"b": 3}}, capacities=[5, 5])
-    view, (here, there), (p, q) = WarehouseView(world), world.stations, world.pods
-    assert view.open_demand().tolist() == [3, 1]
-    world.place_at_station(world.robots[0], p, here)
-    world.bind(q, there)
-    world.assign(world.orders[0], here, [0])
-    assert view.open_demand().tolist() == [3, 1]
-    assert view.available().tolist() == [[2, 1], [0, 3]]  # two items are promised
-    world.fulfil(here.open_requests[0], p)
-    assert view.open_demand().tolist() == [2, 1]
-    assert (view.n_skus, view.unlimited_stock) == (2, False)
-    assert (view.pods_with(1), view.pods_with(0)) == ((p, q), (p,))
-    world = small_world({"1": {"a": 3}, "2": {"b": 1, "a": 1}}, {"p": {"a": 2, "b": 1}})
-    world.assign(world.orders[0], world.stations[0], [0])
-    assert WarehouseView(world).ordered().tolist() == [4, 1]
-
-
-BATTERY = BatterySection(capacity_wh=10, empty_w=100, idle_w=20, charging_w=500)
-FULL_J = 36_000.0
-
-
-class Clock:
-    tick = 0
-
-
-def battery(low_j: float = 0.0, charge: float = 1.0) -> tuple[Battery, Clock]:
-    clock = Clock()
-    return Battery(BATTERY, low_j, lambda: clock.tick, charge), clock
-
-
-def test_batteries() -> None:
-    one, _ = battery()
-    assert one.left_j(100_000, charging=False) == FULL_J - 2000
-    one, _ = battery(low_j=35_000)
-    assert one.left_j(40_000, charging=False) == FULL_J - 800
-    assert one.left_j(10_000_000, charging=False) == 35_000
-    less, _ = battery(low_j=35_000, charge=0.5)
-    assert less.left_j(10_000_000, charging=False) == FULL_J / 2
-    one, clock = battery()
-    clock.tick = 25_000
-    one.work(5_000, BATTERY.empty_w, charging=False)
-    assert one.left_j(25_000, charging=False) == FULL_J - 20 * 20 - 5 * 100
-    one, clock = battery(charge=0.5)
-    assert one.left_j(10_000, charging=True) == FULL_J / 2 + 5000
-    assert one.left_j(10_000_000, charging=True) == FULL_J
-    clock.tick = 12_000
-    one.work(2_000, BATTERY.empty_w, charging=True)
-    assert one.left_j(12_000, charging=False) == pytest.approx(FULL_J / 2 + 5000 - 200)
+def test_a_robot_that_works_draws_nothing_for_standing() -> None:
+    """It stands for 20 s at 20 W and drives for 5 s at 100 W; then it is charged for 8 s at 500 W, and drives for 2."""
+    clock = [0]
+    section = BatterySection(capacity_wh=10, empty_w=100, idle_w=20, charging_w=500)
+    battery = Battery(section, 0.0, lambda: clock[0], charge=0.5)
+    clock[0] = 25_000
+    battery.work(5_000, section.empty_w, charging=False)
+    assert battery.left_j(25_000, charging=False) == 18_000 - 20 * 20 - 5 * 100
+    clock[0] = 35_000
+    battery.work(2_000, section.empty_w, charging=True)
+    assert battery.left_j(35_000, charging=False) == 17_100 + 8 * 500 - 2 * 100

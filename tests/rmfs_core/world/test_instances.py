@@ -11,14 +11,8 @@ from cases import cases
 from rmfs_core import run
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import load_scenario
-from rmfs_core.world import Instance, OrderData, PodData, make_instance
+from rmfs_core.world import Instance, PodData, make_instance
 from saying import said
-
-
-def test_what_instances_tell() -> None:
-    assert OrderData("1", arrival_tick=0, lines=((0, 2), (3, 5))).items == 7
-    with pytest.raises(InputError, match=r"has no effect with `instance.orders_file`"):
-        load_scenario("examples/from-csv", ["instance.generator=paper"])
 
 
 @cases(

@@ -2,7 +2,7 @@
 
 import heapq
 from collections.abc import Iterator
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -18,9 +18,9 @@ from rmfs_commands.testing import small_layout
 from rmfs_core.clock import UNREACHABLE, far
 from rmfs_core.motion import Motion
 from rmfs_core.scenario.model import LayoutSection
-from rmfs_core.world import EAST, NORTH, WEST, CellKind, Layout, travel_search
+from rmfs_core.world import EAST, NORTH, WEST, CellKind
 from rmfs_core.world.travel import SPARE_TICKS, Travel, travel_on
-from rmfs_core.world.travel_search import FAR, Work, descend, times_near, times_on, wide, work_on
+from rmfs_core.world.travel_search import wide
 
 OPEN = parse_map("#......#\n........\n..qO....\n........", "open")
 
@@ -55,7 +55,6 @@ def test_ways_by_hand() -> None:
     assert loaded > empty
 
 
-@pytest.mark.parametrize("acceleration_m_per_s2", [0.2, 1.0, 50.0])
 @cases(
     "goal_kind loaded",
     (CellKind.STORAGE, False),
@@ -64,32 +63,14 @@ def test_ways_by_hand() -> None:
     (CellKind.QUEUE, True),
     (CellKind.FLOOR, True),
 )
-def test_tables_equal_a_plain_search(goal_kind: CellKind, loaded: bool, acceleration_m_per_s2: float) -> None:
-    """Also where hardly any run is left out, or hardly any is needed."""
-    layout, motion = small_layout(block_columns=1), Motion(acceleration_m_per_s2=acceleration_m_per_s2)
+def test_tables_equal_a_plain_search(goal_kind: CellKind, loaded: bool) -> None:
+    layout = small_layout(block_columns=1)
     goal = int((layout.kind == goal_kind).nonzero()[0][-1])
-    travel = Travel(layout, motion)
+    travel = Travel(layout, Motion())
     expected = plain_times_to(goal, *arrays_to(goal, travel, loaded))
     starts_in_queue = (layout.lane >= 0) & (layout.lane != layout.lane[goal])
     asked = (layout.kind != CellKind.WALL) & (loaded | ~starts_in_queue)
     np.testing.assert_array_equal(travel.times_to(goal, loaded)[asked], expected[asked])
-
-
-@given(data=st.data())
-@settings(deadline=None)
-def test_a_table_for_who_is_near_is_right_as_far_as_it_says(data: st.DataObject) -> None:
-    layout = small_layout(stations=2)
-    whole, travel = Travel(layout, Motion()), Travel(layout, Motion())
-    places = st.sampled_from(layout.storage_locations)
-    for _ in range(2):  # nothing is left of the search before
-        cell, heading, goal = data.draw(places), data.draw(st.integers(0, 3)), data.draw(places)
-        loaded, spare_ticks = data.draw(st.booleans()), data.draw(st.sampled_from([0, SPARE_TICKS, 20_000]))
-        right = whole.times_to(goal, loaded)
-        table, within = travel.times_near(cell, heading, goal, loaded, spare_ticks)
-        assert within == right[cell, heading] + spare_ticks
-        assert (table <= right).all()
-        there = plain_times_from(cell, heading, goal, *arrays_to(goal, travel, loaded))
-        assert ((table == right) | (table + there >= within)).all()
 
 
 def test_tables_of_what_is_near() -> None:
@@ -134,6 +115,11 @@ def test_no_way_is_said() -> None:
     travel = Travel(layout, Motion())
     assert travel.nearest([(0, EAST), (7, NORTH)], 2, loaded=True) == 1
     assert travel.nearest([(5, EAST), (0, NORTH)], 2, loaded=True) == 0
+    travel, lane = Travel(OPEN, Motion()), OPEN.lane >= 0  # which nobody drives through, but from
+    assert (travel.times_from(0, EAST, loaded=True)[lane] == UNREACHABLE).all()
+    (own,) = OPEN.stations
+    for start, goal in ((own.station, 0), (own.queue[-1], own.station)):
+        assert travel.times_from(start, EAST, loaded=True)[goal] == travel.ticks(start, EAST, goal, loaded=True)
     layout = parse_map("#.@#\n.qO.\n....\n@@@@\n#...", "split")
     with pytest.raises(ValueError, match="no path from row 1, column 1 to row 5, column 1"):
         Travel(layout, Motion()).fastest_path(0, NORTH, 16, loaded=False)
@@ -199,97 +185,34 @@ def test_tables_are_shared_and_kept_within_their_memory(monkeypatch: pytest.Monk
     assert one.times_to(near, False) is other.times_to(near, False)
 
 
-HORSESHOE = parse_map("....\n.@@.\n.##.", "horseshoe")
-"""A way round a wall; cells 9 and 10 are storage locations between its ends."""
-
-
-def column(*values: int) -> NDArray[np.int64]:
-    """Return whole numbers as an array that is read-only, as those are that the searches are compiled for."""
-    array = np.array(values, dtype=np.int64)
-    array.setflags(write=False)
-    return array
-
-
-OFFSETS = column(1, -4, -1, 4)
-RUNS = column(0, 10, 14, 17, 20, 22)
-"""A long run takes less time than short ones after each other, as with acceleration."""
-TURNS = column(0, 3, 6, 3)
-
-
-def floor_of(layout: Layout, *but: int) -> NDArray[np.bool_]:
-    cells: NDArray[np.bool_] = layout.kind > 0
-    cells[list(but)] = False
-    cells.setflags(write=False)
-    return cells
-
-
-def grid(crossed: NDArray[np.bool_]) -> tuple[NDArray[np.int64] | NDArray[np.int8] | NDArray[np.bool_], ...]:
-    """Return what all searches are handed: moves, passable cells, offsets, runs and turns."""
-    return HORSESHOE.moves, crossed, OFFSETS, RUNS, TURNS
-
-
-WORK = work_on(3, 4, RUNS, TURNS)
-
-
-def times_to(goal: int, *arrays: Any) -> NDArray[np.int64]:
-    """Return the ticks of the search of that name by cell and heading, on memory of its own."""
-    times = np.empty(4 * len(arrays[0]), times_on(len(arrays[0]), *arrays[3:5]))
-    travel_search.times_to(goal, times, *arrays)
-    return wide(times).reshape(-1, 4)
-
-
-def times_from(start: int, heading: int, lane: NDArray[np.int64], *arrays: Any) -> NDArray[np.int64]:
-    times = np.empty(4 * len(arrays[0]), times_on(len(arrays[0]), *arrays[3:5]))
-    return travel_search.times_from(start, heading, times, lane, *arrays)
-
-
-def test_paths_are_read_off_the_table() -> None:
-    row = parse_map(".....", "row")
-    lane = column(-1, -1, 0, -1, -1)
-    arrays = row.moves, floor_of(row), column(1, -5, -1, 5), RUNS, TURNS, work_on(1, 5, RUNS, TURNS)
-    assert times_from(0, EAST, lane, *arrays).tolist() == [0, 10, FAR, FAR, FAR]
-    assert times_from(2, EAST, lane, *arrays).tolist() == [6 + 14, 6 + 10, 0, 10, 14]
-    crossed = floor_of(HORSESHOE, 9, 10)
-    table = times_to(11, *grid(crossed), WORK)
-    table.setflags(write=False)
-    assert descend(8, NORTH, 11, table, *grid(crossed)).tolist() == [0, 3, 11]
-    assert descend(11, NORTH, 11, table, *grid(crossed)).tolist() == []
-    with pytest.raises(ValueError, match="the table of times does not belong to this goal"):
-        descend(8, NORTH, 9, table, *grid(crossed))
-
-
 @pytest.mark.parametrize(("speed", "turn_s", "width"), [(1.5, 2.5, 4), (0.0001, 2.5, 8), (1.5, 4800.0, 8)])
 def test_times_take_eight_bytes_where_four_are_too_few(speed: float, turn_s: float, width: int) -> None:
-    motion = Motion(top_speed_m_per_s=speed, full_turn_s=turn_s)
-    runs, turns = column(*map(motion.run_ticks, range(120))), column(*(motion.turn_ticks(0, h) for h in range(4)))
-    work: Work = work_on(1, 120, runs, turns)
-    assert np.dtype(times_on(120, runs, turns)).itemsize == width
-    row = parse_map("." * 120, "row")
-    times = times_to(0, row.moves, floor_of(row), column(1, -120, -1, 120), runs, turns, work)
+    travel = Travel(parse_map("." * 120, "row"), Motion(top_speed_m_per_s=speed, full_turn_s=turn_s))
+    runs, turns = travel.runs, travel.turns
+    times = travel.ways_to(0, True)
+    assert times.itemsize == width
     assert times[119].tolist() == [runs[119] + turns[2], runs[119] + turns[1], runs[119], runs[119] + turns[1]]
 
 
-@pytest.mark.parametrize("runs", [RUNS, column(0, 10, 20, 29, 39, 49)], ids=["curved", "straight, rounded"])
+@pytest.mark.parametrize("acceleration_m_per_s2", [0.2, 1.0, 50.0])
 @pytest.mark.parametrize("seed", range(4))
-def test_against_a_search_that_leaves_nothing_out(seed: int, runs: NDArray[np.int64]) -> None:
+def test_against_a_search_that_leaves_nothing_out(seed: int, acceleration_m_per_s2: float) -> None:
+    """Also where hardly any run is left out, or hardly any is needed."""
     rng = np.random.default_rng(seed)
     rows = ["".join(rng.choice([".", "@", "#"], 6, p=[0.7, 0.2, 0.1])) for _ in range(6)]
     layout = parse_map("\n".join(rows), "random")
-    crossed = layout.kind == layout.kind[rows[0].index(".") if "." in rows[0] else 0]
-    crossed.setflags(write=False)
-    arrays = layout.moves, crossed, column(1, -6, -1, 6), runs, TURNS
-    work, lane, near = work_on(6, 6, runs, TURNS), column(*[-1] * 36), np.zeros(144, dtype=np.int32)
-    for goal in np.flatnonzero(layout.kind).tolist():
-        times = times_to(goal, *arrays, work)
+    travel, cells = Travel(layout, Motion(acceleration_m_per_s2=acceleration_m_per_s2)), np.flatnonzero(layout.kind)
+    for goal, loaded in product(cells.tolist(), (False, True)):
+        arrays = arrays_to(goal, travel, loaded)
+        times, start = travel.times_to(goal, loaded), int(rng.choice(cells))
         assert (times == plain_times_to(goal, *arrays)).all()
-        for start, heading in np.ndindex(36, 4):
-            if crossed[start] and crossed[goal]:
-                assert times_from(start, heading, lane, *arrays, work)[goal] == times[start, heading]
-        start = int(rng.choice(np.flatnonzero(crossed)))
-        spare = int(rng.choice([0, 7, 60]))
-        within = times_near(goal, near, 4 * start + EAST, spare, *arrays, work)
-        assert within == (times[start, EAST] + spare if times[start, EAST] < FAR else FAR)
-        there, table = plain_times_from(start, EAST, goal, *arrays), wide(near).reshape(-1, 4)
+        for cell, heading in product(cells.tolist(), range(4)):
+            assert travel.times_from(cell, heading, loaded)[goal] == times[cell, heading]
+        spare = int(rng.choice([0, SPARE_TICKS, 20_000]))
+        near, within = travel.times_near(start, EAST, goal, loaded, spare)
+        reached = times[start, EAST] < UNREACHABLE
+        assert within == (times[start, EAST] + spare if reached else UNREACHABLE)
+        there, table = plain_times_from(start, EAST, goal, *arrays), wide(near.reshape(-1)).reshape(-1, 4)
         assert (table <= times).all()
         assert ((table == times) | (table + there >= within)).all()
 
@@ -307,7 +230,7 @@ def plain_times_from(
             if passable[at] or at == goal:
                 yield at, heading, int(runs[length])
 
-    times = np.full((len(moves), 4), FAR)
+    times = np.full((len(moves), 4), UNREACHABLE)
     times[start, heading] = 0
     queue = [(0, start, heading)]
     while queue:
@@ -322,7 +245,7 @@ def plain_times_from(
 
 def plain_times_to(goal: int, moves: Any, passable: Any, offsets: Any, runs: Any, turns: Any) -> NDArray[np.int64]:
     """Relax every turn with every run after it until nothing falls any more."""
-    times = np.full((len(moves), 4), FAR)
+    times = np.full((len(moves), 4), UNREACHABLE)
     times[goal] = 0
     while True:
         before = times.copy()

@@ -22,7 +22,7 @@ from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import CROSSINGS, Driving, Process
 from rmfs_core.simulation.driving.free import FreeDriving
 from rmfs_core.warehouse import Robot, Warehouse
-from rmfs_core.world import EAST, NORTH, SOUTH, WEST
+from rmfs_core.world import EAST, NORTH
 from rmfs_traffic.windowed import WindowedDriving
 from scripted import run_of, until_nothing_happens
 from told import Prepare
@@ -43,45 +43,20 @@ def driving(world: Warehouse, folder: Path, *answers: object) -> tuple[Driving, 
     return Driving(run), rule
 
 
-def test_a_path_is_asked_for_with_robot_and_goal(world: Warehouse, tmp_path: Path) -> None:
-    way, rule = driving(world, tmp_path, Way([Leg(4), Leg(14)]))
-    robot = world.robots[0]
+def test_paths_are_asked_for(world: Warehouse, tmp_path: Path) -> None:
+    """From where a robot stands, or where its leg ends; one that need not exist may be None."""
+    answers = (Way([Leg(4), Leg(14)]), Way([Leg(8)]), Way([Leg(8)]), None, Way([Leg(8)]), Way([Leg(-1)]))
+    way, rule = driving(world, tmp_path, *answers)
+    robot, traffic = world.robots[0], object()
     assert way.path(robot, 14).tolist() == [[4, 0], [14, 0]]
-    ((_, told),) = rule.asked
-    assert (told["robot"], told["goal"], told["traffic"]) == (robot, 14, None)
-
-
-def test_a_robot_on_its_way_is_planned_for_from_where_its_leg_ends(world: Warehouse, tmp_path: Path) -> None:
-    way, rule = driving(world, tmp_path, Way([Leg(8)]), Way([Leg(8)]))
-    traffic = object()
-    assert way.path(world.robots[0], 8, traffic, 5).tolist() == [[8, 0]]
-    assert rule.asked[0][1]["traffic"] is traffic
+    assert way.path(robot, 8, traffic, 5).tolist() == [[8, 0]]
+    asked = [(told["robot"], told["goal"], told["traffic"]) for _, told in rule.asked]
+    assert asked == [(robot, 14, None), (robot, 8, traffic)]
     with pytest.raises(RuleError, match="row 1, column 1 to row 2, column 4 is no straight run"):
-        way.path(world.robots[0], 8)
-
-
-def test_a_path_that_need_not_exist_may_be_none(world: Warehouse, tmp_path: Path) -> None:
-    way, _ = driving(world, tmp_path, None, Way([Leg(8)]), Way([Leg(-1)]))
-    robot = world.robots[0]
-    assert way.path(robot, 8, None, 5, needed=False).tolist() == []
-    assert way.path(robot, 8, None, 5, needed=False).tolist() == [[8, 0]]
+        way.path(robot, 8)
+    assert [way.path(robot, 8, None, 5, needed=False).tolist() for _ in range(2)] == [[], [[8, 0]]]
     with pytest.raises(RuleError, match="to cell -1, which is not on the grid"):
         way.path(robot, 8, None, 5, needed=False)
-
-
-@cases(
-    "to heading turn run",
-    (7, EAST, 625, 2000),  # a metre: 1 s to speed up, 1 s to slow down
-    (5, WEST, 625, 2000),
-    (1, NORTH, 0, 2000),
-    (16, SOUTH, 1250, 2828),  # two metres: 2 sqrt(2) s
-    (9, EAST, 625, 3500),  # three: the top speed of 1.5 m/s is reached
-    (6, NORTH, 0, 0),  # the cell it stands in
-)
-def test_a_leg_is_a_turn_and_a_run(world, tmp_path, to, heading, turn, run) -> None:
-    """Worked out from 1 m/s^2, 1.5 m/s and 2.5 s for a full turn; the wait is not in it."""
-    way, _ = driving(world, tmp_path)
-    assert way.turn_and_run(Robot(0, 6, NORTH), to) == (heading, turn, run)
 
 
 @cases(
