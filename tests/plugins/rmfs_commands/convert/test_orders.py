@@ -1,14 +1,11 @@
 """`rmfs convert orders`: order lines read or left out, brought together, joined with their headers, and the files."""
 
-import gzip
 import io
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 
-import pyarrow as pa
-import pyarrow.parquet
 import pytest
 
 import rmfs_core
@@ -69,21 +66,6 @@ def converted(folder: Path, *given: str) -> list[str]:
 def test_lines_are_brought_together_by_order(tmp_path: Path) -> None:
     main(["convert", "orders", str(table(tmp_path)), *COLUMNS, "--out", str(tmp_path / "out")])
     assert (tmp_path / "out" / "orders.csv").read_text(encoding="utf-8") == ORDERS
-
-
-def test_compressed_and_parquet_tables_give_the_same(tmp_path: Path) -> None:
-    packed = tmp_path / "lines.csv.gz"
-    packed.write_bytes(gzip.compress(LINES.encode()))
-    main(["convert", "orders", str(packed), *COLUMNS, "--out", str(tmp_path / "gz")])
-    rows = [("A-8", "mug, red", 2.0, 21_930_000), ("A-7", "tea", 3.0, 22_200_000), ("A-7", "spoon", 1.0, 22_200_000)]
-    rows.append(("A-11", "lamp", 1.0, 86_399_500))
-    names, skus, quantities, times = zip(*rows, strict=True)
-    since = pa.array([1_709_251_200_000 + time for time in times], pa.timestamp("ms"))
-    columns = {"Order No": names, "Article": skus, "Qty": quantities, "Created": since}
-    pyarrow.parquet.write_table(pa.table(columns), tmp_path / "lines.parquet")
-    main(["convert", "orders", str(tmp_path / "lines.parquet"), *COLUMNS, "--out", str(tmp_path / "parquet")])
-    for folder in ("gz", "parquet"):
-        assert (tmp_path / folder / "orders.csv").read_text(encoding="utf-8") == ORDERS
 
 
 def test_what_is_written_runs(tmp_path: Path) -> None:
@@ -156,6 +138,10 @@ def test_several_formats_of_times(tmp_path: Path) -> None:
     assert converted(tmp_path, text, formats) == ["1,0,a,1", "3,0,a,1", "2,21600,a,1"]
 
 
+def test_priorities_have_the_signs_of_quantities(tmp_path: Path) -> None:
+    assert converted(tmp_path, "o,s,p\n1,a,1.000\n", "--priority p --thousands .") == ["1,0,a,1,1000"]
+
+
 def test_orders_outside_a_span_are_left_out_whole(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text = "o,s,t\nA,tea,4.999\nA,tea,6\nB,tea,5\nC,tea,7\nD,tea,8\n"
     assert converted(tmp_path, text, "--from 5 --until 8 --start 3") == ["B,2,tea,1", "C,4,tea,1"]
@@ -183,16 +169,6 @@ def test_opening_hours(tmp_path: Path, capsys: pytest.CaptureFixture[str], zone:
     assert scenario["stations"]["open"] == [["06:00", "14:00"], ["14:30", "22:00"]]
     found = "--open: found '6-22'; expected two times of the day, such as 06:00-22:00"
     assert found in refused(capsys, main, command(*given, "--open", "6-22"))
-
-
-@cases(
-    "text options written",
-    ("o;s\n1;a\n1;b\n2;a\n", "--separator ;", ["1,0,a,1", "1,0,b,1", "2,0,a,1"]),
-    # priorities have the signs of quantities
-    ("o,s,p\n1,a,1.000\n", "--priority p --thousands .", ["1,0,a,1,1000"]),
-)
-def test_the_least_that_is_needed(tmp_path: Path, text: str, options: str, written: list[str]) -> None:
-    assert converted(tmp_path, text, options) == written
 
 
 @cases(
@@ -299,11 +275,6 @@ def test_a_history_of_another_layout_is_refused(tmp_path: Path, capsys: pytest.C
     assert not out.exists()
 
 
-def test_names_with_commas_and_quotes_are_quoted(tmp_path: Path) -> None:
-    assert converted(tmp_path, 'o,s,t\n1,"a, ""b""",5\n', ON_ONE_POD) == ['1,5,"a, ""b""",1']
-    assert (tmp_path / "out" / "pods.csv").read_text(encoding="utf-8") == 'pod,sku,quantity\nP1,"a, ""b""",5\n'
-
-
 @cases(
     "time options start",
     ("2024-07-01T06:00+02:00", "", "2024-07-01T00:00:00+02:00"),
@@ -345,13 +316,6 @@ def test_what_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
         told.out.splitlines()[-1],
     ]
     assert told.err == f"Warning: 50 % of the rows of {tmp_path}/lines.csv are left out (2 of 4).\n"
-
-
-@pytest.mark.parametrize("pods", [1, 100, 5000])
-def test_a_scenario_has_room_for_the_pods(pods: int) -> None:
-    scenario = tomllib.loads(scenario_of(pods))
-    assert 8 * scenario["layout"]["block_rows"] * scenario["layout"]["block_columns"] > pods
-    assert "start" not in scenario["instance"]
 
 
 @cases(
@@ -430,16 +394,6 @@ def test_an_order_is_cancelled_with_the_last_of_its_lines(read: Read) -> None:
     assert written(lines) == ["A,10,tea,2,15.5", "A,10,jam,2,15.5", "B,11,tea,1,", "B,11,jam,1,", "C,20,tea,1,20"]
 
 
-@pytest.mark.parametrize("rows", [(1, 0), (0, 1)])
-def test_time_zero_is_midnight_by_the_clock_of_the_first_order(read: Read, rows: tuple[int, int]) -> None:
-    both = ("A,tea,2024-07-01T06:00+02:00,1,,", "B,tea,2024-07-01T05:00Z,1,,")
-    lines = read(*(both[i] for i in rows))
-    zero = lines.gather()
-    assert lines.cleaner.reader.clock.iso(zero) == "2024-07-01T00:00:00+02:00"
-    assert written(lines, zero.tick) == ["A,21600,tea,1", "B,25200,tea,1"]
-    assert lines.offsets == [0, 7_200_000]
-
-
 def test_an_order_that_loses_a_line_is_shortened(read: Read) -> None:
     kept = ("A,tea,1,1,,", "B,tea,1,1,,", "D,rye,1,5,,", "D,rye,2,5,,", "D,jam,1,1,,")
     rows = (*kept, "A,jam,1,-1,,", "C,jam,1,-1,,", "C,jam,1,-2,,")
@@ -483,6 +437,7 @@ def test_skus_by_their_lines_and_orders_by_arrival(read: Read) -> None:
     assert list(lines.baskets(2)) == [["jam"], ["tea", "rye"]]
 
 
+DATES = "dates without an offset"
 CLEANING_ALL = Columns("order", "sku", "time", "qty", "due", "prio")
 
 
@@ -550,12 +505,17 @@ def test_what_cannot_be_read_is_left_empty() -> None:
 
 
 @cases(
-    "rows problem",
-    ([("A", "tea", "4", "1"), ("B", "tea", "2024-03-01", "1")], "row 2, time: found dates without an offset"),
-    ([("A", "tea", "2024-03-01", "1", "500")], "row 1, due: found seconds where the rows before have dates"),
+    "first then found before",
+    ("5", "2024-03-01", DATES, "seconds"),
+    ("2024-03-01", "5", "seconds", DATES),
+    ("2024-03-01T00:00Z", "2024-03-01", DATES, "dates with an offset"),
 )
-def test_times_of_two_kinds_are_refused(rows: list[tuple[str, ...]], problem: str) -> None:
-    assert refusal(lambda: cleaned(*rows)).startswith(f"lines.csv, {problem}")
+def test_a_table_has_one_kind_of_time(first: str, then: str, found: str, before: str) -> None:
+    """Due times are of that kind, too."""
+    told = f"found {found} where the rows before have {before}; expected one kind of time"
+    rows = ("A", "tea", first, "1"), ("B", "tea", then, "1")
+    assert refusal(lambda: cleaned(*rows)) == f"lines.csv, row 2, time: {told}"
+    assert refusal(lambda: cleaned((*rows[0], then))) == f"lines.csv, row 1, due: {told}"
 
 
 @cases(

@@ -99,12 +99,6 @@ def test_time_0_of_orders_with_dates_is_given(tmp_path: Path, capsys: pytest.Cap
     assert "scenario.toml is there already; expected no --start" in told
 
 
-def test_files_that_are_there_are_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out = convert(tmp_path)
-    assert "--force replaces it" in refused(capsys, convert, tmp_path, text="Bin,Article,Qty\nZ,tea,1\n")
-    assert (out / "pods.csv").read_text(encoding="utf-8") == PODS
-
-
 UNPLACED = StockColumns("bin", "sku", "qty")
 PLACED = StockColumns("bin", "sku", "qty", "y", "x")
 

@@ -242,12 +242,9 @@ def given(*arguments: str) -> dict[str, Any]:
     "arguments value",
     *((("--separator", text), "\t") for text in ("tab", "\t", "\\t")),
     (("--separator", "semicolon"), ";"),
-    (("--separator", "|"), "|"),
     (("--encoding", "UTF8"), "utf-8"),
     (("--encoding", "latin-1"), "iso8859-1"),
     (("--zone", "Europe/Berlin"), ZoneInfo("Europe/Berlin")),
-    (("--time-format", "unix"), ("unix",)),
-    (("--decimal", ","), ","),
 )
 def test_values(arguments: tuple[str, str], value: object) -> None:
     assert given(*arguments)[arguments[0][2:].replace("-", "_")] == value

@@ -24,27 +24,12 @@ from rmfs_commands.convert.time_formats import (
     guessed,
     reader_of,
 )
-from rmfs_commands.convert.times import Clock, ClockError, offset
+from rmfs_commands.convert.times import Clock, offset
 from rmfs_core.errors import InputError
-from saying import said
 
 MARCH = 1_709_251_200_000
 """2024-03-01 00:00 UTC in ticks since 1970."""
 DATES = "dates without an offset"
-
-
-@cases(
-    "first then found before",
-    ("5", "2024-03-01", DATES, "seconds"),
-    ("2024-03-01", "5", "seconds", DATES),
-    ("2024-03-01T00:00Z", "2024-03-01", DATES, "dates with an offset"),
-)
-def test_a_table_has_one_kind_of_time(first: str, then: str, found: str, before: str) -> None:
-    clock = Clock()
-    clock.read(first)
-    expected = f"found {found} where the rows before have {before}; expected one kind of time"
-    assert said(ClockError, clock.read, then) == expected
-    assert clock.read(first) is not None
 
 
 def test_what_is_no_time_does_not_settle_the_kind() -> None:
