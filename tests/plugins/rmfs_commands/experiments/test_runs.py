@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -402,7 +402,3 @@ def test_no_error_gets_through(job: Job, monkeypatch: pytest.MonkeyPatch) -> Non
     outcome = simulate(job)
     assert (outcome.result, outcome.error_kind) == (None, "ZeroDivisionError")
     assert outcome.error == "ZeroDivisionError: division by zero"
-
-
-def content(metrics: Mapping[str, Any], timing: Mapping[str, Any], **others: Any) -> dict[str, Any]:
-    return {"status": "complete", "metrics": metrics, "timing": timing, **others}
