@@ -40,9 +40,6 @@ def test_check_says_that_it_loads_code(tmp_path: Path, capsys: pytest.CaptureFix
     file.write_text('[rules]\npoa = "./mine.py:Mine"\npps = "demand"\n', encoding="utf-8")
     code, _, err = run(capsys, "scenario", "check", str(file))
     assert (code, err) == (0, f"Loaded code from {tmp_path / 'mine.py'}.\n")
-    code, _, err = run(capsys, "scenario", "check", "--no-inline-rules", str(file))
-    assert code == 2
-    assert err.startswith(f"Error: {file}, line 2, rules.poa: ")
 
 
 def test_the_resolved_scenario_and_the_schema(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -403,16 +400,6 @@ def test_the_schema_is_a_schema() -> None:
 def test_mistakes_are_marked(change: dict[str, object]) -> None:
     rules = {"poa": "pod-match", "pps": "demand"}
     assert not Draft202012Validator(scenario_schema()).is_valid({"rules": rules, **change})
-
-
-@pytest.fixture
-def files(tmp_path: Path) -> dict[str, Path]:
-    """Return three files by name: two say what they are for, one does not."""
-    texts = {"a": "#  What a is for. \nseed = 1\n", "long-name": "# Another\n", "none": "seed = 1\n# later\n"}
-    found = {name: tmp_path / f"{name}.toml" for name in texts}
-    for name, text in texts.items():
-        found[name].write_text(text, encoding="utf-8")
-    return found
 
 
 @pytest.mark.parametrize("name", shipped_scenarios())

@@ -34,9 +34,6 @@ def test_without_a_layout_places_cannot_be_asked_for(by_hand: dict[str, Any]) ->
             ask()
 
 
-JAM = {"order": "B", "sku": "jam"}
-
-
 GONE = object()
 
 
