@@ -5,12 +5,10 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from calling import refusal
 from cases import cases
-from rmfs_commands.import_.grids import COLUMNS, KINDS, Grid, read_kiva, read_octile, read_weighted
+from rmfs_commands.import_.grids import COLUMNS, Grid, read_kiva, read_octile, read_weighted
 from rmfs_commands.import_.notes import Note, Notes
 from rmfs_commands.import_.trips import import_lorr, import_movingai, import_rhcr
 from rmfs_commands.plan import Trip, read_map, read_trips
@@ -53,18 +51,6 @@ def test_maps_of_each_kind(tmp_path: Path) -> None:
     grid = read_weighted(file(tmp_path, WEIGHTED), notes)
     assert grid == Grid("┌@\n└<\n", 2, 2, starts=(2,), goals=(3,), ways=(9, 0, 3, 4))
     assert notes.taken[0] == Note("ways of a weight other than 1", 1, "ways like all others")
-
-
-@given(st.data())
-def test_every_sign_becomes_the_one_of_its_table(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
-    kind = data.draw(st.sampled_from(["movingai", "lorr"]))
-    width = data.draw(st.integers(1, 6))
-    row = st.text(sorted(KINDS[kind]), min_size=width, max_size=width)
-    rows = data.draw(st.lists(row, min_size=1, max_size=6))
-    text = f"type octile\nheight {len(rows)}\nwidth {width}\nmap\n" + "\n".join(rows) + "\n"
-    grid = read_octile(file(tmp_path_factory.mktemp("maps"), text), kind, Notes())
-    assert grid.text.splitlines() == ["".join(KINDS[kind][sign] for sign in signs) for signs in rows]
-    assert (grid.width, grid.height) == (width, len(rows))
 
 
 @cases(
