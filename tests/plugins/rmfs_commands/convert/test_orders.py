@@ -1,9 +1,7 @@
 """`rmfs convert orders`: order lines read or left out, brought together, joined with their headers, and the files."""
 
-import io
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -18,7 +16,6 @@ from rmfs_commands.convert.lines import OrderLines, Sku
 from rmfs_commands.convert.quantities import Quantities
 from rmfs_commands.convert.scenarios import scenario_of, size_for
 from rmfs_commands.convert.tables import Table
-from rmfs_commands.convert.time_formats import Moment
 from rmfs_core.errors import InputError
 
 LINES = """\
@@ -340,101 +337,64 @@ def test_stations_and_robots_are_guessed_from_the_load(items: Mapping[int, int],
         assert found[0].peak_percent <= 100
 
 
-ALL = Columns("order", "sku", "time", "qty")
-Read = Callable[..., OrderLines]
+def test_orders_come_by_time_and_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = "o,s,t,q\nB,tea,9,1\nA,jam,5,2\nB,tea,7.5,3\nB,jam,9,1\nC,tea,5,1\n"
+    rows = converted(tmp_path, text, "--quantity q --start 5")
+    assert rows == ["A,0,jam,2", "C,0,tea,1", "B,2.5,tea,4", "B,2.5,jam,1"]
+    assert "Largest lines: 4 of tea (order B), 2 of jam (order A)" in capsys.readouterr().out
 
 
-@pytest.fixture
-def read(tmp_path: Path) -> Iterator[Read]:
-    """Return what takes in a table of rows: order, sku, time, quantity, due time, priority."""
-    with ExitStack() as stack:
-
-        def lines_of(*rows: str, columns: Columns = ALL, choice: Choice | None = None) -> OrderLines:
-            file = tmp_path / "lines.csv"
-            file.write_text("".join(f"{row}\n" for row in ("order,sku,time,qty,due,prio", *rows)), encoding="utf-8")
-            lines = stack.enter_context(OrderLines(Cleaner(columns, Reader(), choice or Choice())))
-            lines.read(Table(file))
-            return lines
-
-        yield lines_of
+def test_the_time_of_the_day_has_a_column_of_its_own(tmp_path: Path) -> None:
+    text = "o,s,t,d\nA,tea,2024-03-01,06:10\nB,tea, 20240301 ,061500\nC,tea,2024-03-01,\n"
+    assert converted(tmp_path, text, "--time-of-day d") == ["C,0,tea,1", "A,22200,tea,1", "B,22500,tea,1"]
 
 
-def written(lines: OrderLines, start: int = 0) -> list[str]:
-    stream = io.StringIO()
-    lines.write(stream, start)
-    return stream.getvalue().splitlines()[1:]
-
-
-def test_orders_come_by_time_and_name(read: Read) -> None:
-    lines = read(*(f"{row},," for row in ("B,tea,9,1", "A,jam,5,2", "B,tea,7.5,3", "B,jam,9,1", "C,tea,5,1")))
-    assert lines.gather() == Moment(0)
-    stream = io.StringIO()
-    totals, demand = lines.write(stream, 5000)
-    assert stream.getvalue().splitlines() == [
-        "order,arrival_s,sku,quantity",
-        *("A,0,jam,2", "C,0,tea,1", "B,2.5,tea,4", "B,2.5,jam,1"),
-    ]
-    assert (totals["items"], demand.last, demand.lines.total()) == (8, 2500, 4)
-    assert (lines.n_orders, lines.n_lines, lines.joined, lines.several["times"]) == (3, 4, 1, 1)
-    assert lines.largest(2) == [("B", "tea", 4), ("A", "jam", 2)]
-
-
-def test_the_time_of_the_day_has_a_column_of_its_own(read: Read) -> None:
-    columns = Columns("order", "sku", "time", "qty", time_of_day="due")
-    lines = read("A,tea,2024-03-01,1,06:10,", "B,tea, 20240301 ,1,061500,", "C,tea,2024-03-01,1,,", columns=columns)
-    assert written(lines, lines.gather().tick) == ["C,0,tea,1", "A,22200,tea,1", "B,22500,tea,1"]
-
-
-def test_an_order_is_cancelled_with_the_last_of_its_lines(read: Read) -> None:
+def test_an_order_is_cancelled_with_the_last_of_its_lines(tmp_path: Path) -> None:
     """One of which a line is not stays, and none leaves before it came."""
-    columns = Columns("order", "sku", "time", "qty", cancelled="due")
-    rows = ("A,tea,10,2,12,", "A,jam,10,2,15.5,", "B,tea,11,1,12,", "B,jam,11,1,,", "C,tea,20,1,19,")
-    lines = read(*rows, columns=columns)
-    lines.gather()
-    assert written(lines) == ["A,10,tea,2,15.5", "A,10,jam,2,15.5", "B,11,tea,1,", "B,11,jam,1,", "C,20,tea,1,20"]
+    text = "o,s,t,c\nA,tea,10,12\nA,jam,10,15.5\nB,tea,11,12\nB,jam,11,\nC,tea,20,19\n"
+    rows = converted(tmp_path, text, "--cancelled c")
+    assert rows == ["A,10,tea,1,15.5", "A,10,jam,1,15.5", "B,11,tea,1,", "B,11,jam,1,", "C,20,tea,1,20"]
 
 
-def test_an_order_that_loses_a_line_is_shortened(read: Read) -> None:
-    kept = ("A,tea,1,1,,", "B,tea,1,1,,", "D,rye,1,5,,", "D,rye,2,5,,", "D,jam,1,1,,")
-    rows = (*kept, "A,jam,1,-1,,", "C,jam,1,-1,,", "C,jam,1,-2,,")
-    lines = read(*rows, choice=Choice(most=9))
-    lines.gather()
-    assert lines.shortened == 2
-    assert lines.left_out == {"no row that is kept": 1}
-    assert written(lines) == ["A,1,tea,1", "B,1,tea,1", "D,1,jam,1"]
-    assert '1 row with more than 9 items in a line: row 3 "10"' in lines.cleaner.left_out()
-    lines = read(*rows, choice=Choice(most=9))
-    lines.gather(whole=True)
-    assert (lines.shortened, written(lines)) == (0, ["B,1,tea,1"])
-    assert lines.left_out["a line that is left out (--whole-orders)"] == 2
+def test_an_order_that_loses_a_line_is_shortened(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    kept = "A,tea,1,1\nB,tea,1,1\nD,rye,1,5\nD,rye,2,5\nD,jam,1,1\n"
+    text = f"o,s,t,q\n{kept}A,jam,1,-1\nC,jam,1,-1\nC,jam,1,-2\n"
+    options = "--quantity q --most-quantity 9"
+    assert converted(tmp_path, text, options) == ["A,1,tea,1", "B,1,tea,1", "D,1,jam,1"]
+    told = capsys.readouterr().out
+    assert "Shortened: 2 orders lost a line" in told
+    assert "Left out: 1 order with no row that is kept.\n" in told
+    assert 'Left out: 1 row with more than 9 items in a line: row 3 "10".' in told
+    assert converted(tmp_path, text, f"{options} --force --whole-orders") == ["B,1,tea,1"]
+    told = capsys.readouterr().out
+    assert "Shortened" not in told
+    assert "Left out: 2 orders with a line that is left out (--whole-orders).\n" in told
 
 
-def test_what_is_left_out_of_orders(read: Read) -> None:
-    rows = ("A,tea,1,1,,", "A,post,1,1,,", "B,post,1,1,,", "C,tea,1,1,,", "C,post,1,1,,", "C,jam,1,0,,")
-    lines = read(*rows, choice=Choice(leave_out=("post",)))
-    lines.gather()
-    assert (lines.shortened, lines.left_out) == (1, {"no row that is kept": 1})
-    lines = read(*rows, choice=Choice(leave_out=("post",)))
-    lines.gather(whole=True)
-    assert written(lines) == ["A,1,tea,1"]
-    lines = read(
-        "A,tea,2024-03-01,600000,,", "A,tea,2024-03-01,600000,,", "B,tea,2024-03-02,1,,", "C,tea,2034-04-01,1,,"
-    )
-    lines.gather()
-    assert [row[0] for row in written(lines)] == ["B"]
+def test_what_is_left_out_of_orders(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = "o,s,q\nA,tea,1\nA,post,1\nB,post,1\nC,tea,1\nC,post,1\nC,jam,0\n"
+    options = "--quantity q --leave-out-sku post"
+    assert converted(tmp_path, text, options) == ["A,0,tea,1", "C,0,tea,1"]
+    told = capsys.readouterr().out
+    assert "Shortened: 1 order lost a line" in told
+    assert "Left out: 1 order with no row that is kept.\n" in told
+    assert converted(tmp_path, text, f"{options} --force --whole-orders") == ["A,0,tea,1"]
+    rows = "A,tea,2024-03-01,600000\nA,tea,2024-03-01,600000\nB,tea,2024-03-02,1\nC,tea,2034-04-01,1\n"
+    assert converted(tmp_path, f"o,s,t,q\n{rows}", "--quantity q --force") == ["B,0,tea,1"]
+    told = capsys.readouterr().out
+    assert 'Left out: 1 row with more than 1,000,000 items in a line: row 1 "1,200,000".' in told
     late = "more than ten years after time 0 (2024-03-02T00:00:00; --from leaves out what is earlier)"
-    assert lines.cleaner.left_out() == [
-        '1 row with more than 1,000,000 items in a line: row 1 "1,200,000"',
-        f'1 row with a time {late}: row 4 "2034-04-01T00:00:00"',
-    ]
+    assert f'Left out: 1 row with a time {late}: row 4 "2034-04-01T00:00:00".' in told
 
 
-def test_skus_by_their_lines_and_orders_by_arrival(read: Read) -> None:
-    lines = read(*(f"{row},," for row in ("B,tea,9,1", "B,rye,9,1", "A,jam,5,20", "B,tea,9,3", "C,tea,9,1")))
-    lines.gather()
-    assert lines.skus() == [Sku("tea", 2, 5), Sku("jam", 1, 20), Sku("rye", 1, 1)]
-    assert list(lines.baskets(9)) == [["jam"], ["tea", "rye"], ["tea"]]
-    assert list(lines.baskets(2)) == [["jam"], ["tea", "rye"]]
+def test_skus_by_their_lines_and_orders_by_arrival(tmp_path: Path) -> None:
+    file = table(tmp_path, "o,s,t,q\nB,tea,9,1\nB,rye,9,1\nA,jam,5,20\nB,tea,9,3\nC,tea,9,1\n")
+    with OrderLines(Cleaner(Columns("o", "s", "t", "q"), Reader(), Choice())) as lines:
+        lines.read(Table(file))
+        lines.gather()
+        assert lines.skus() == [Sku("tea", 2, 5), Sku("jam", 1, 20), Sku("rye", 1, 1)]
+        assert list(lines.baskets(9)) == [["jam"], ["tea", "rye"], ["tea"]]
+        assert list(lines.baskets(2)) == [["jam"], ["tea", "rye"]]
 
 
 DATES = "dates without an offset"
