@@ -336,10 +336,11 @@ def test_a_reduced_warehouse_has_the_room_of_the_whole_one(record: Any) -> None:
 
 
 @pytest.fixture
-def decide(write: Any, by_hand: Any, capsys: Any) -> Callable[..., tuple[int, str, str]]:
+def decide(tmp_path: Path, by_hand: Any, capsys: Any) -> Callable[..., tuple[int, str, str]]:
 
     def run(*arguments: str, **changes: Any) -> tuple[int, str, str]:
-        code = exit_code("decide", str(write(by_hand | changes)), *arguments)
+        (tmp_path / "state.json").write_text(json.dumps(by_hand | changes))
+        code = exit_code("decide", str(tmp_path / "state.json"), *arguments)
         out, err = capsys.readouterr()
         return code, out, err
 

@@ -146,8 +146,9 @@ def test_every_key_of_the_schema_says_what_it_means() -> None:
     assert undocumented(state_schema(), "state") == []
 
 
-def test_files_of_states(by_hand, write, tmp_path, monkeypatch) -> None:
-    state = read_state(write(by_hand))
+def test_files_of_states(by_hand, tmp_path, monkeypatch) -> None:
+    (tmp_path / "state.json").write_text(to_json(by_hand))
+    state = read_state(tmp_path / "state.json")
     assert state.orders["A"].lines == {"milk": 1, "tea": 1}
     assert (state.layout, state.robots, state.time_s, state.seed) == (None, None, None, 1)
     with pytest.raises(InputError, match="cannot be read"):
