@@ -5,7 +5,6 @@ from pathlib import Path
 import pytest
 
 from cases import cases
-from rmfs_commands.instances.calendar import Calendar
 from rmfs_commands.instances.csv_files import read_bundles, read_robots, read_skus
 from rmfs_core.errors import InputError
 from rmfs_core.world import Instance, OrderData, PodData, read_instance
@@ -193,11 +192,6 @@ def test_time_zero_does_not_depend_on_the_order_of_rows(tmp_path, rows, arrivals
     for sorted_rows in (rows, rows[::-1]):
         orders = read(tmp_path, DATED + "".join(f"{row}\n" for row in sorted_rows)).orders
         assert [order.arrival_tick for order in orders] == arrivals
-
-
-def test_the_time_of_day_is_that_of_the_start() -> None:
-    assert Calendar("2024-07-01T06:00+02:00").time_of_day() == 6 * 3_600_000
-    assert Calendar(None).time_of_day() == 0
 
 
 def test_pods_with_places_or_without_stock(tmp_path: Path) -> None:

@@ -120,13 +120,6 @@ def test_a_plot_of_differences_and_one_for_each_metric(result: ExperimentResult)
     assert all(plot.pdf.startswith(b"%PDF") for plot in plots)
 
 
-def test_a_plot_for_each_front(with_front: ExperimentResult) -> None:
-    plots = plots_of(with_front)
-    assert plots[-1].name == "front.pile_on.picker_utilisation"
-    assert plots[-1].title == "Picker utilisation (%) against Pile-on"
-    assert ">1 base</text>" in plots[-1].svg.decode()
-
-
 def test_many_rule_sets_have_no_plots_of_single_runs(result: ExperimentResult) -> None:
     rule_sets = tuple(RuleSetChoice(f"rules {number}") for number in range(MOST_RULE_SETS + 1))
     rows = [dict(result.rows[0], rule_set=one.name, seed=seed) for one in rule_sets for seed in (1, 2)]
