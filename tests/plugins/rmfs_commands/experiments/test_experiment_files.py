@@ -5,21 +5,12 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 from attrs import evolve
 
 from cases import cases
-from rmfs_commands.experiments import (
-    Axis,
-    AxisPoint,
-    Base,
-    Experiment,
-    RuleSetChoice,
-    load_experiment,
-    shipped_experiments,
-)
+from rmfs_commands.experiments import Experiment, load_experiment, shipped_experiments
 from rmfs_commands.experiments.experiment import DEFAULT_METRICS, HORIZON_METRICS, PACKING_METRICS
 from rmfs_commands.experiments.resolving import resolve
 from rmfs_core.errors import InputError
@@ -27,30 +18,13 @@ from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, load_scenario, scenario_from_dict
 from tiny import TWO_RULES
 
-
-def points(key: str, *values: Any) -> tuple[AxisPoint, ...]:
-    return tuple(AxisPoint(f"{key}={value}", value, {key: value}) for value in values)
+Write = Callable[..., Experiment]
 
 
-@pytest.fixture
-def one(folder: Path) -> Experiment:
-    """Return an experiment of two instances, two rule sets and two seeds."""
-    return Experiment(
-        name="trial",
-        bases=(Base("tiny", load_scenario(folder / "tiny.toml")),),
-        rule_sets=(RuleSetChoice("plain"), RuleSetChoice("other", {"rules.poa": "first-come"})),
-        seeds=(3, 5),
-        baseline="plain",
-        axes=(Axis("instance.orders", points("instance.orders", 4, 6)),),
-        folder=str(folder),
-        place="trial.toml",
-    )
-
-
-def test_a_metric_that_nobody_measures_is_named(one: Experiment) -> None:
-    with pytest.raises(
-        InputError, match=r'^trial.toml, metrics: there is no metric "pileon" \(did you mean `pile_on`\?\)'
-    ):
+def test_a_metric_that_nobody_measures_is_named(experiment: Write, folder: Path) -> None:
+    one = experiment()
+    place = rf"^{folder}/experiment.toml, metrics"
+    with pytest.raises(InputError, match=rf'{place}: there is no metric "pileon" \(did you mean `pile_on`\?\)'):
         evolve(one, metrics=("pileon",)).jobs()
     with pytest.raises(InputError, match=r'^--most psv=3: there is no metric "psv" \(did you mean `psv_per_order`\?\)'):
         evolve(one, metrics=("psv",), metrics_place="--most psv=3").jobs()
@@ -61,22 +35,15 @@ def test_a_metric_that_nobody_measures_is_named(one: Experiment) -> None:
     evolve(one, metrics=("own",)).check_metrics(["own"])
 
 
-def test_files_that_code_is_loaded_from_are_named(one: Experiment, folder: Path) -> None:
-    assert one.rule_files() == []
-    loads = evolve(
-        one,
-        axes=(Axis("r", points("rules.pr", "./bad.py:Raising", "nearest")),),
-        rule_sets=(
-            RuleSetChoice("plain", {"rules.filters": ["./filters.py:A", {"rule": "./filters.py:B"}]}),
-            RuleSetChoice("other", {"rules.poa": {"rule": "first-come"}}),
-        ),
-    )
+def test_files_that_code_is_loaded_from_are_named(experiment: Write, folder: Path) -> None:
+    assert experiment().rule_files() == []
+    axis = '[axes]\nrules.pr = ["./bad.py:Raising", "nearest"]\n'
+    text = TWO_RULES.replace("[[rule_sets]]", f"{axis}[[rule_sets]]", 1)
+    loads = experiment(text + 'rules.filters = ["./filters.py:A", { rule = "./filters.py:B" }]\n')
     assert loads.rule_files() == [str(folder / "bad.py"), str(folder / "filters.py")]
     with pytest.raises(InputError, match="--no-inline-rules"):
-        evolve(loads, rule_sets=one.rule_sets).jobs(allow_inline_rules=False)
+        loads.jobs(allow_inline_rules=False)
 
-
-Write = Callable[..., Experiment]
 
 FULL = """
 name = "full"

@@ -15,11 +15,7 @@ from cases import cases
 from installed import RMFS
 from rmfs_commands.cli.main import main
 from rmfs_commands.states import Answer, Outcome, Recorded, read_recording
-from rmfs_commands.states.explain_tables import (
-    print_comparison,
-    print_decision,
-    print_story,
-)
+from rmfs_commands.states.explain_tables import print_comparison, print_decision, print_story
 from rmfs_commands.states.rebuilding import open_state
 from rmfs_commands.states.stories import Episode, order_story, pod_story, reduced
 from rmfs_core.roles import Role

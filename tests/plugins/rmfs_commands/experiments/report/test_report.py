@@ -28,13 +28,7 @@ from rmfs_commands.experiments.compare import summary
 from rmfs_commands.experiments.report import print_comparison, write_report
 from rmfs_commands.experiments.report.files import ONE_COLUMN_CM
 from rmfs_commands.experiments.report.html import report_html
-from rmfs_commands.experiments.report.numbers import (
-    CENSORED,
-    MINUS,
-    NO_TEST,
-    OF_MEAN_NOTE,
-    title,
-)
+from rmfs_commands.experiments.report.numbers import CENSORED, MINUS, NO_TEST, OF_MEAN_NOTE, title
 from rmfs_commands.experiments.report.plots import MOST_RULE_SETS, Plot, make_plots, plot_of
 from rmfs_commands.experiments.report.tables import SUMMARY_COLUMNS, grids, summary_csv, write_parquet
 from rmfs_commands.experiments.report.terminal import MOST_ERRORS
