@@ -356,20 +356,12 @@ def test_orders_that_waited_are_counted(tmp_path: Path, capsys: pytest.CaptureFi
     assert "waited for stock" not in capsys.readouterr().out
 
 
-def trimmed_text(what: RenderableType, *, end: str = "\n", styled: bool = False, trimmed: bool = True) -> str:
+def trimmed_text(what: RenderableType, *, end: str = "\n", styled: bool = False) -> str:
     stream = io.StringIO()
     console = Console(file=stream, width=20, force_terminal=styled, color_system="standard" if styled else None)
-    if trimmed:
-        console.push_render_hook(WithoutTrailingBlanks())
+    console.push_render_hook(WithoutTrailingBlanks())
     console.print(what, end=end)
     return stream.getvalue()
-
-
-def table() -> Table:
-    made = Table("Rule", "Says", box=None, padding=(0, 1))
-    for row in (("one", "yes"), ("", ""), ("another", "no")):
-        made.add_row(*row)
-    return made
 
 
 def test_lines_and_styles_stay() -> None:
