@@ -7,16 +7,14 @@ from pathlib import Path
 import pytest
 
 import rmfs_core
-from calling import refusal, refused
+from calling import refused
 from cases import cases
 from rmfs_commands.cli.loads import Demand
 from rmfs_commands.cli.main import main
 from rmfs_commands.convert.cleaning import Choice, Cleaner, Columns, Reader
 from rmfs_commands.convert.lines import OrderLines, Sku
-from rmfs_commands.convert.quantities import Quantities
 from rmfs_commands.convert.scenarios import scenario_of, size_for
 from rmfs_commands.convert.tables import Table
-from rmfs_core.errors import InputError
 
 LINES = """\
 Order No,Article,Qty,Created
@@ -30,6 +28,7 @@ A-9,,1,2024-03-01T07:00:00
 A-10,lamp,1.0,yesterday
 A-11,lamp,1.0,2024-03-01T23:59:59.5
 """
+DATES = "dates without an offset"
 ON_ONE_POD = "--pods 1 --skus-per-pod 1 --items 5"
 COLUMNS = ("--order", "Order No", "--sku", "Article", "--quantity", "Qty", "--time", "Created")
 ORDERS = """\
@@ -205,7 +204,44 @@ def test_opening_hours(tmp_path: Path, capsys: pytest.CaptureFixture[str], zone:
         'earlier): row 1 "1709251200000000 s"; expected another --start or --time-format',
     ),
     ("o,s\n1,a\n", "--history y.csv", "--history: found no --pods; expected both"),
-    ("o,s\n1,a\n", "--leave-out-sku b", '--leave-out-sku: no row has the SKU "b"'),
+    (
+        "o,s\n1,FRACHT\n2,tea\n",
+        "--leave-out-sku fracht",
+        '--leave-out-sku: no row has the SKU "fracht" (did you mean `FRACHT`?); expected SKUs of the table\n',
+    ),
+    (
+        "o,s,t,q\n,tea,1,1\nA,,1,1\nB,tea,1,0\nB,tea,1,-1\nB,tea,1,1.5\nB,tea,1,\n"
+        "C,tea,noon,1\no,s,t,q\n, ,,\nD,a,1,1000001\n",
+        "--quantity q",
+        'that could be kept: 1 row with no order: row 1; 1 row with no SKU: row 2 "A"; '
+        "4 rows with a quantity that is no whole number from 1 on (returns, weights): "
+        'row 3 "0", row 4 "-1", row 5 "1.5"; 1 row with no time that can be read: row 7 "noon"; '
+        '1 row with the header again: row 8; 1 row with more than 1,000,000 items in a line: row 10 "1000001"\n',
+    ),
+    *(
+        (f'o,s,q\n1,a,"{text}"\n', f"--quantity q --decimal {sign}", f'(returns, weights): row 1 "{text}"{guess}\n')
+        for sign, text, guess in ((".", "1,00", "; perhaps --decimal ,"), (".", "1,50", ""), (",", "x", ""))
+    ),
+    *(
+        (
+            f"o,s,t\n1,a,{first}\n2,a,{then}\n",
+            "",
+            f"lines.csv, row 2, t: found {found} where the rows before have {had}; ",
+        )
+        for first, then, found, had in (
+            ("5", "2024-03-01", DATES, "seconds"),
+            ("2024-03-01", "5", "seconds", DATES),
+            ("2024-03-01T00:00Z", "2024-03-01", DATES, "dates with an offset"),
+        )
+    ),
+    (
+        "o,s,t,d\n1,a,2024-03-01,500\n",
+        "--due d",
+        f"lines.csv, row 1, d: found seconds where the rows before have {DATES}; expected one kind of time\n",
+    ),
+    ("o,s,q\n1,a,1.000\n", "--quantity q", 'lines.csv, row 1, q: found "1.000", which may be 1 or 1000; expected'),
+    ('o,s,p\n1,a,"1,000"\n', "--priority p", 'lines.csv, row 1, p: found "1,000", which may be 1000 or 1; expected'),
+    ("o,s,t\n1,a,20240229\n", "", 'lines.csv, t: found numbers such as "20240229" in row 1, which may be dates as'),
     (
         "o,s,t\n1,a,13.03.2024\n2,a,14.03.2024\n3,a,2024-03-15\n",
         "",
@@ -234,9 +270,10 @@ def test_most_rows_are_left_out_only_by_force(tmp_path: Path, capsys: pytest.Cap
     assert not (tmp_path / "out").exists()
     assert converted(tmp_path, text, "--quantity q --force") == ["1,0,a,1"]
     assert "lines.csv are left out (2 of 3).\n" in capsys.readouterr().err
-    assert converted(tmp_path, "o,s\n1,a\n2,b\n2,b\n", "--force --leave-out-sku b") == ["1,0,a,1"]
+    rows = "o,s\n1,a\n2,caf\u00e9\n2,caf\u00e9\n"
+    assert converted(tmp_path, rows, "--force --leave-out-sku cafe\u0301") == ["1,0,a,1"]
     told = capsys.readouterr()
-    assert 'Left out: 2 rows with a SKU to leave out: row 2 "b", row 3 "b".' in told.out
+    assert 'Left out: 2 rows with a SKU to leave out: row 2 "caf\u00e9", row 3 "caf\u00e9".' in told.out
     assert told.err == ""
 
 
@@ -387,6 +424,24 @@ def test_what_is_left_out_of_orders(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert f'Left out: 1 row with a time {late}: row 4 "2034-04-01T00:00:00".' in told
 
 
+def test_what_cannot_be_read_is_left_empty(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = "o,s,t,d,p\nA,tea,5,soon,-1\nA,tea,5,9,10000000000\n"
+    assert converted(tmp_path, text, "--due d --priority p --force") == ["A,5,tea,2,9,"]
+    told = capsys.readouterr().out
+    assert 'Left empty: 1 row with a due time that cannot be read: row 1 "soon".\n' in told
+    part = "Left empty: 2 rows with a priority that is no whole number from 0 on"
+    assert f'{part}: row 1 "-1", row 2 "10000000000".\n' in told
+    assert "Left out" not in told
+    converted(tmp_path, "o,s,t,d\nA,tea,2024-03-01,13.03.2024\n", "--due d --force")
+    told = capsys.readouterr().out
+    assert 'row 1 "13.03.2024"; perhaps --time-format iso and also --time-format %d.%m.%Y.\n' in told
+    text = "o,s,t,d\nA,tea,2024-03-01,9999-12-31\nA,tea,1900-01-01,\n"
+    assert converted(tmp_path, text, "--due d --force") == ["A,0,tea,1,"]
+    told, stands = capsys.readouterr().out, "time that stands for none (before 1971 or after 2099)"
+    assert f'Left empty: 1 row with a due {stands}: row 1 "9999-12-31".\n' in told
+    assert f'Left out: 1 row with a {stands}: row 2 "1900-01-01".\n' in told
+
+
 def test_skus_by_their_lines_and_orders_by_arrival(tmp_path: Path) -> None:
     file = table(tmp_path, "o,s,t,q\nB,tea,9,1\nB,rye,9,1\nA,jam,5,20\nB,tea,9,3\nC,tea,9,1\n")
     with OrderLines(Cleaner(Columns("o", "s", "t", "q"), Reader(), Choice())) as lines:
@@ -395,101 +450,6 @@ def test_skus_by_their_lines_and_orders_by_arrival(tmp_path: Path) -> None:
         assert lines.skus() == [Sku("tea", 2, 5), Sku("jam", 1, 20), Sku("rye", 1, 1)]
         assert list(lines.baskets(9)) == [["jam"], ["tea", "rye"], ["tea"]]
         assert list(lines.baskets(2)) == [["jam"], ["tea", "rye"]]
-
-
-DATES = "dates without an offset"
-CLEANING_ALL = Columns("order", "sku", "time", "qty", "due", "prio")
-
-
-def cleaned(
-    *rows: tuple[str, ...], columns: Columns = CLEANING_ALL, choice: Choice | None = None, reader: Reader | None = None
-) -> tuple[Cleaner, list[tuple[object, ...]]]:
-    """Return a cleaner and what it makes of rows: order, sku, time, quantity, due time, priority."""
-    cleaner = Cleaner(columns, reader or Reader(), choice or Choice())
-    filled = [(*row, *[""] * (9 - len(row))) for row in rows]
-    return cleaner, list(cleaner.lines("lines.csv", enumerate(filled, 1)))
-
-
-def test_each_row_left_out_has_its_reason() -> None:
-    wrong = [("", "tea", "1", "1"), ("A", "", "1", "1"), *(("B", "tea", "1", n) for n in ("0", "-1", "1.5", ""))]
-    wrong += [("C", "tea", "noon", "1"), ("order", "sku", "time", "qty"), ("", " ", ""), ("D", "tea", "1", "1000001")]
-    cleaner, lines = cleaned(*wrong)
-    assert lines == []
-    assert cleaner.left_out() == [
-        "1 row with no order: row 1",
-        '1 row with no SKU: row 2 "A"',
-        "4 rows with a quantity that is no whole number from 1 on (returns, weights): "
-        'row 3 "0", row 4 "-1", row 5 "1.5"',
-        '1 row with no time that can be read: row 7 "noon"',
-        "1 row with the header again: row 8",
-        '1 row with more than 1,000,000 items in a line: row 10 "1000001"',
-    ]
-    assert (cleaner.rows, cleaner.blank) == (9, 1)
-    assert cleaner.lost == [(name, True) for name in "ABBBBCD"]
-    assert cleaner.dropped.unasked == 9
-
-
-def test_skus_to_leave_out_and_signs_are_looked_at() -> None:
-    cleaner, _ = cleaned(("A", "caf\u00e9", "1", "1"), choice=Choice(("cafe\u0301",)))
-    cleaner.check_choice(list)
-    assert cleaner.dropped.unasked == 0
-    cleaner, _ = cleaned(("A", "FRACHT", "1", "1"), choice=Choice(("fracht",)))
-    missing = r'^--leave-out-sku: no row has the SKU "fracht"'
-    with pytest.raises(InputError, match=missing + r" \(did you mean `FRACHT`\?\); expected SKUs of the table$"):
-        cleaner.check_choice(lambda: ["FRACHT", "tea"])
-    with pytest.raises(InputError, match=f"{missing}; expected SKUs of the table$"):
-        cleaner.check_choice(lambda: ["tea"])
-    part = "1 row with a quantity that is no whole number from 1 on (returns, weights)"
-    for given, text, end in ((".", "1,00", "; perhaps --decimal ,"), (".", "1,50", ""), (",", "x", "")):
-        cleaner = Cleaner(Columns("o", "s", quantity="q"), Reader(quantities=Quantities(given)), Choice())
-        list(cleaner.lines("t.csv", [(1, ("A", "tea", "", text, *[""] * 5))]))
-        assert cleaner.left_out() == [f'{part}: row 1 "{text}"{end}']
-
-
-def test_what_cannot_be_read_is_left_empty() -> None:
-    cleaner, lines = cleaned(("A", "tea", "5", "1", "soon", "-1"), ("A", "tea", "5", "1", "9", str(10**10)))
-    assert [line[5:7] for line in lines] == [(None, None), (9000, None)]
-    assert [part for _, part in cleaner.emptied.parts()] == [
-        '1 row with a due time that cannot be read: row 1 "soon"',
-        '2 rows with a priority that is no whole number from 0 on: row 1 "-1", row 2 "10000000000"',
-    ]
-    assert not cleaner.dropped.reasons
-    cleaner, _ = cleaned(("A", "tea", "2024-03-01", "1", "13.03.2024"))
-    (part,) = cleaner.left_empty().values()
-    assert part.endswith('row 1 "13.03.2024"; perhaps --time-format iso and also --time-format %d.%m.%Y')
-    cleaner, lines = cleaned(("A", "tea", "2024-03-01", "1", "9999-12-31"), ("A", "tea", "1900-01-01", "1", ""))
-    assert [line[5] for line in lines] == [None]
-    stands = "time that stands for none (before 1971 or after 2099)"
-    assert [part for _, part in cleaner.emptied.parts()] == [f'1 row with a due {stands}: row 1 "9999-12-31"']
-    assert cleaner.left_out() == [f'1 row with a {stands}: row 2 "1900-01-01"']
-
-
-@cases(
-    "first then found before",
-    ("5", "2024-03-01", DATES, "seconds"),
-    ("2024-03-01", "5", "seconds", DATES),
-    ("2024-03-01T00:00Z", "2024-03-01", DATES, "dates with an offset"),
-)
-def test_a_table_has_one_kind_of_time(first: str, then: str, found: str, before: str) -> None:
-    """Due times are of that kind, too."""
-    told = f"found {found} where the rows before have {before}; expected one kind of time"
-    rows = ("A", "tea", first, "1"), ("B", "tea", then, "1")
-    assert refusal(lambda: cleaned(*rows)) == f"lines.csv, row 2, time: {told}"
-    assert refusal(lambda: cleaned((*rows[0], then))) == f"lines.csv, row 1, due: {told}"
-
-
-@cases(
-    "row question",
-    (("A", "tea", "1", "1.000"), 'lines.csv, row 1, qty: found "1.000", which may be 1 or 1000; expected'),
-    (("A", "tea", "1", "1", "", "1,000"), 'lines.csv, row 1, prio: found "1,000", which may be 1000 or 1; expected'),
-    (
-        ("A", "tea", "20240229", "1"),
-        'lines.csv, time: found numbers such as "20240229" in row 1, which may be dates as',
-    ),
-)
-def test_numbers_that_may_mean_two_things_are_asked_about(row: tuple[str, ...], question: str) -> None:
-    cleaner, _ = cleaned(row)
-    assert refusal(lambda: cleaner.ask("lines.csv")).startswith(question)
 
 
 HEADS = """\
