@@ -1,5 +1,6 @@
 """`rmfs convert orders`: order lines read or left out, brought together, joined with their headers, and the files."""
 
+import shutil
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,6 +12,7 @@ from calling import refused
 from cases import cases
 from rmfs_commands.cli.loads import Demand
 from rmfs_commands.cli.main import main
+from rmfs_commands.convert import loading
 from rmfs_commands.convert.cleaning import Choice, Cleaner, Columns, Reader
 from rmfs_commands.convert.lines import OrderLines, Sku
 from rmfs_commands.convert.scenarios import scenario_of, size_for
@@ -264,7 +266,29 @@ def test_files_that_are_there_are_kept(tmp_path: Path, capsys: pytest.CaptureFix
     assert (tmp_path / "orders.csv").read_text(encoding="utf-8") == "mine"
 
 
+def test_rows_are_loaded_in_batches_and_a_question_is_asked_at_once(tmp_path, capsys, monkeypatch) -> None:
+    monkeypatch.setattr(loading, "ROWS_PER_BATCH", 2)
+    text = "o,s,q\nA,tea,1\nB,tea,0\nC,jam,2\nD,,1\nE,rye,3\n"
+    assert converted(tmp_path, text, "--quantity q") == ["A,0,tea,1", "C,0,jam,2", "E,0,rye,3"]
+    text = "o,s,q\nA,tea,1\nB,tea,1.000\nC,jam,2\nD,jam\n"
+    told = refused(capsys, main, command(tmp_path, text, "--quantity q --force"))
+    assert 'row 2, q: found "1.000", which may be 1 or 1000' in told
+
+
+def test_rows_that_are_left_out_are_warned_of_from_a_tenth_on(tmp_path, capsys) -> None:
+    """What is left out by an option is not counted."""
+    for left in (1, 2):
+        text = "o,s,q\n" + "1,a,1\n" * (9 - left) + "1,a,-1\n" * left + "1,b,1\n"
+        converted(tmp_path, text, "--quantity q --leave-out-sku b --force")
+        share = f"Warning: 20 % of the rows of {tmp_path}/lines.csv are left out (2 of 10).\n"
+        assert capsys.readouterr().err == share * (left == 2)
+
+
 def test_most_rows_are_left_out_only_by_force(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Half of them, or of the due times, is not most."""
+    assert converted(tmp_path, "o,s,q,t,d\n1,a,1,5,\n2,a,-1,5,\n", "--quantity q --due d") == ["1,5,a,1,"]
+    assert converted(tmp_path, "o,s,t,d\n1,a,5,9\n2,a,5,x\n", "--due d --force") == ["1,5,a,1,9", "2,5,a,1,"]
+    shutil.rmtree(tmp_path / "out")
     text = "o,s,q\n" + "1,a,1\n" + "2,a,-1\n" * 2
     refused(capsys, main, command(tmp_path, text, "--quantity q"))
     assert not (tmp_path / "out").exists()

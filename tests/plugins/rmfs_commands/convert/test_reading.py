@@ -2,7 +2,6 @@
 
 import csv
 import gzip
-import sqlite3
 from datetime import UTC, date, datetime, time
 from decimal import Decimal
 from pathlib import Path
@@ -16,11 +15,9 @@ import pytest
 
 from calling import refusal
 from cases import cases
-from rmfs_commands.convert import loading, parquet_tables
-from rmfs_commands.convert.cleaning import Choice, Cleaner, Columns, Reader
+from rmfs_commands.convert import parquet_tables
 from rmfs_commands.convert.csv_tables import csv_rows
 from rmfs_commands.convert.headers import plain, positions
-from rmfs_commands.convert.loading import load
 from rmfs_commands.convert.options import needs, number_options, quantities_of, table_options, time_options
 from rmfs_commands.convert.parquet_tables import parquet_rows
 from rmfs_commands.convert.tables import Table
@@ -32,10 +29,6 @@ def test_rows_are_read_in_batches(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     file = tmp_path / "lines.parquet"
     pyarrow.parquet.write_table(pa.table({"order": [str(i) for i in range(10)]}), file)
     assert list(Table(file).rows(["order", None])) == [(i, (str(i - 1), "")) for i in range(1, 11)]
-    monkeypatch.setattr(loading, "ROWS_PER_BATCH", 2)
-    lines, lost = loaded(tmp_path / "t.csv", "o,s,q\nA,tea,1\nB,tea,0\nC,jam,2\nD,,1\nE,rye,3\n")
-    assert lines == [("A", "tea", 1, 1), ("C", "jam", 2, 3), ("E", "rye", 3, 5)]
-    assert lost == [("B",), ("D",)]
 
 
 def test_files_of_other_kinds(tmp_path: Path) -> None:
@@ -205,23 +198,6 @@ def test_names_of_columns(tmp_path: Path) -> None:
 )
 def test_a_column_that_is_not_there_once_is_refused(header: list[str], column: str, problem: str) -> None:
     assert refusal(lambda: positions(header, [column], "lines.csv, line 1")) == f"lines.csv, line 1: {problem}"
-
-
-def loaded(file: Path, text: str) -> tuple[list[tuple[object, ...]], list[tuple[str]]]:
-    """Load a table of orders, SKUs and quantities; return the lines, and the orders that lost one."""
-    file.write_text(text, encoding="utf-8")
-    base = sqlite3.connect(":memory:", isolation_level=None)
-    base.executescript("CREATE TABLE line (a, b, c, d, e, f, g, h, i, j); CREATE TABLE lost (name, shortens)")
-    cleaner = Cleaner(Columns("o", "s", quantity="q"), Reader(), Choice())
-    load(Table(file), cleaner, base, "line")
-    assert cleaner.lost == []
-    return base.execute("SELECT a, b, e, i FROM line").fetchall(), base.execute("SELECT name FROM lost").fetchall()
-
-
-def test_a_question_is_asked_before_all_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(loading, "ROWS_PER_BATCH", 2)
-    with pytest.raises(InputError, match=r'row 2, q: found "1.000", which may be 1 or 1000'):
-        loaded(tmp_path / "t.csv", "o,s,q\nA,tea,1\nB,tea,1.000\nC,jam,2\nD,jam\n")
 
 
 def given(*arguments: str) -> dict[str, Any]:
