@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -545,3 +546,36 @@ def test_due_times_and_nothing_are_shown(record: Any, tmp_path: Path, capsys: py
     for option in ("period", "decision"):
         code, _, problem = explain(capsys, str(tmp_path / "run"), f"--{option}", "1")
         assert (code, problem) == (2, f"Error: --{option} 1: there is none; the run has no {option}")
+
+
+def test_a_run_explains_what_was_decided_for_bundles(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rmfs_core.run("examples/replenished", overrides=["instance.orders=40"], out=tmp_path, record=["decisions"])
+    chosen = next(recorded for recorded in read_recording(tmp_path) if recorded.decides.label == "RPS")
+    (store,) = chosen.decision["stores"]
+    against = ("--against", "spread-sku", "--against", "random")
+    main(["explain", str(tmp_path), "--decision", str(chosen.number), *against])
+    shown = capsys.readouterr().out
+    assert f"RPS by emptiest-pod, period {chosen.period}" in shown
+    assert "Without" in shown
+    assert f"bundles {store['bundle']} to pod {store['pod']}" in shown
+    told = [episode.what for episode in pod_story(read_recording(tmp_path), store["pod"])]
+    assert any(what.startswith(f"chosen for bundle {store['bundle']}: ") for what in told)
+
+
+PACKING = (
+    *("rules.poa=", "rules.pps=", "rules.poa_pps=pod-index", "instance.start='2024-03-01T06:30:15'"),
+    "packing={stations=2, boxes=2, packers=1, sorters=1, open={2=[['06:00', '05:00']]}}",
+)
+
+
+def test_the_story_of_an_order_goes_on_to_its_packing(record: Any) -> None:
+    recording = record(*PACKING)
+    bound = {
+        one["order"] for made in recording if made.decides is Role.PACKING for one in (made.decision or {})["packing"]
+    }
+    told = {order: " ".join(episode.what for episode in order_story(recording, order)) for order in sorted(bound)[:8]}
+    assert all("bound for packing station " in story for story in told.values())
+    assert any("and no box was free to split it" in story for story in told.values())
+    assert any(
+        re.search(r"(pack order|put tote \d+, into the box of order) \d+ at packing", one) for one in told.values()
+    )
