@@ -16,7 +16,7 @@ from rmfs_commands.cli.schema import scenario_schema
 from rmfs_commands.cli.toml_scenario import to_toml
 from rmfs_commands.layouts import parse_map
 from rmfs_core.errors import InputError
-from rmfs_core.scenario import RuleChoice, RulesSection, Scenario, load_scenario, scenario_to_dict, shipped_scenarios
+from rmfs_core.scenario import load_scenario, scenario_to_dict, shipped_scenarios
 from rmfs_core.world import make_layout
 
 
@@ -436,11 +436,3 @@ def test_scenarios_as_toml() -> None:
     scenario = load_scenario("examples/small")
     assert max(map(len, to_toml(scenario).splitlines())) <= 100
     assert "#" not in to_toml(scenario, comments=False)
-    rules = RulesSection(poa_pps=RuleChoice("integrated", {"time_limit_s": 5.0}))
-    text = to_toml(Scenario(rules=rules), comments=False)
-    table = tomllib.loads(text)["rules"]
-    assert table["poa_pps"] == {"rule": "integrated", "time_limit_s": 5.0}
-    assert "poa" not in table
-    assert text.index("seed = ") < text.index("[")
-    assert text.endswith("\n")
-    assert not text.startswith("\n")

@@ -206,6 +206,8 @@ def test_opening_hours(tmp_path: Path, capsys: pytest.CaptureFixture[str], zone:
         'earlier): row 1 "1709251200000000 s"; expected another --start or --time-format',
     ),
     ("o,s\n1,a\n", "--history y.csv", "--history: found no --pods; expected both"),
+    ("o,s\n1,a\n", "--order-key a", "--order-key: found no --orders; expected the table"),
+    ("o,s\n1,a\n", "--decimal , --thousands ,", '--decimal, --thousands: found "," for both; expected two signs\n'),
     (
         "o,s\n1,FRACHT\n2,tea\n",
         "--leave-out-sku fracht",
@@ -255,6 +257,38 @@ def test_opening_hours(tmp_path: Path, capsys: pytest.CaptureFixture[str], zone:
 def test_what_is_wrong_is_said_in_a_sentence(tmp_path, capsys, text, options, sentence) -> None:
     assert sentence in refused(capsys, main, command(tmp_path, text, options))
     assert not (tmp_path / "out").exists()
+
+
+@cases(
+    "options content",
+    *((f"--separator {tab}", b"o\ts\n1\tcaf\xc3\xa9\n") for tab in ("tab", "\\t")),
+    ("--separator semicolon --encoding UTF8", b"o;s\n1;caf\xc3\xa9\n"),
+    ("--separator | --encoding latin-1", b"o|s\n1|caf\xe9\n"),
+)
+def test_separators_and_encodings_have_names(tmp_path: Path, options: str, content: bytes) -> None:
+    given = command(tmp_path, "", options)
+    (tmp_path / "lines.csv").write_bytes(content)
+    main(given)
+    assert (tmp_path / "out" / "orders.csv").read_text("utf-8").splitlines()[1:] == ["1,0,caf\u00e9,1"]
+
+
+@cases(
+    "option text problem",
+    *(
+        ("--separator", text, f"found {text!r}; expected one sign of ASCII, such as ;, or one of comma, semicolon")
+        for text in ("\u00e9", "::", "", '"', "\n", "a")
+    ),
+    *(
+        ("--encoding", text, f"found {text!r}; expected utf-8, utf-16, cp1252 or the like")
+        for text in ("foo", "rot13", "", "a\0b")
+    ),
+    ("--zone", "Europe/Berln", "there is no time zone 'Europe/Berln' (did you mean `Europe/Berlin`"),
+    ("--zone", "America", "there is no time zone 'America'"),
+    ("--time-format", "%H:%M %Z", "found %Z: names of zones are not the same everywhere"),
+)
+def test_an_option_that_is_wrong_is_refused(tmp_path, capsys, option, text, problem) -> None:
+    told = refused(capsys, main, command(tmp_path, "o,s\n1,a\n", "", option, text))
+    assert told.startswith(f"Error: {option}: {problem}")
 
 
 def test_files_that_are_there_are_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
