@@ -156,7 +156,6 @@ def test_the_quick_part_is_two_seeds_and_the_first_value_of_each_axis(experiment
     ("seeds = [1, 2]", "seeds = []", "line 3, seeds: expected at least one, found none"),
     ("seeds = [1, 2]", "seeds = [1, 1]", "seeds: found 1 twice"),
     ("seeds = [1, 2]", "seeds = [1, -2]", "whole numbers >= 0"),
-    ("seeds = [1, 2]", 'seeds = ["1"]', "whole numbers >= 0"),
     ("seeds = [1, 2]", "seeds = { first = 1, cuont = 2 }", "{ first = 1, count = 10 }"),
     ("seeds = [1, 2]", "seeds = { first = 1, count = 0 }", "{ first = 1, count = 10 }"),
     ("seeds = [1, 2]", "seeds = { count = 1000000000 }", "at most 100,000 seeds, found 1,000,000,000"),
@@ -169,7 +168,6 @@ def test_the_quick_part_is_two_seeds_and_the_first_value_of_each_axis(experiment
     ('name = "first-come"', "", "expected a `name` in each [[rule_sets]], found none in number 2"),
     ("rules.poa =", "rules.pao =", 'rule set "first-come": unknown key (did you mean `poa`?)'),
     ("rules.poa =", "ruls.poa =", 'rule set "first-come": unknown key (did you mean `rules`?)'),
-    ("rules.poa =", "seed = 4\nrules.poa =", 'rule set "first-come": unknown key'),
     ('base = "tiny.toml"', "", "expected either `base`, a scenario, or `scenarios`"),
     ('base = "tiny.toml"', 'base = "tiny.toml"\nscenarios = ["tiny.toml"]', "expected either `base`"),
     ('base = "tiny.toml"', "scenarios = []", "scenarios: expected at least one"),
@@ -224,7 +222,6 @@ def test_mistakes_are_named(experiment: Write, folder: Path, old: str, new: str,
     ("robots.count = 0", "robots.count: expected a whole number from 1 to 100,000, found 0"),
     ('rules.poa = "./none.py:Rule"', "none.py"),
     ('rules.poa_pps = "integrated"\nrules.poa = "first-come"', "expected either `poa_pps`"),
-    ("robots.count.x = 3", "robots.count: expected a whole number, found { x = 3 }"),
 )
 def test_what_makes_no_scenario_is_named_before_anything_runs(experiment: Write, rules: str, problem: str) -> None:
     read = experiment(

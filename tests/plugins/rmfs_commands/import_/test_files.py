@@ -38,7 +38,6 @@ def file(folder: Path, text: str | bytes) -> Path:
     ("x", "expected a number from 0 to 10 as `N` of A, found 'x'"),
     ("11", "found '11'"),
     ("NaN", "found 'NaN'"),
-    ("1e999", "found '1e999'"),
     ("", "found nothing"),
 )
 def test_wrong_numbers_are_told_with_their_line(tmp_path: Path, value: str, problem: str) -> None:

@@ -69,7 +69,6 @@ def test_maps_of_each_kind(tmp_path: Path) -> None:
     (read_kiva, KIVA.replace("3,6", "4,6"), ": found 3 rows of the map; expected 4, as its first line says"),
     (read_kiva, KIVA.replace("ree.r@", "ree.r"), ", line 6: found 5 cells; expected 6, as the first line says"),
     (read_kiva, KIVA.replace("ree.r@", "xee.r@"), ", line 6: unknown sign 'x'; expected one of . e r @"),
-    (read_kiva, "", ", line 1: expected rows and columns"),
     (
         read_weighted,
         "Grid size\n2,2\n",
@@ -173,7 +172,6 @@ def test_one_way_cells_against_each_other_are_noted(tmp_path: Path) -> None:
     ("3\n0\n2\n8\n", "1\n10\n", {"teamSize": True}, "a.json, teamSize: expected a whole number from 1 to 100,000"),
     ("3\n0\n2\n8\n", "1\n10\n", {"agentFile": "no"}, "no: cannot be read: No such file or directory"),
     ("3\n0\n2\n", "1\n10\n", {}, "a.agents: found 2 lines of locations; expected 3"),
-    ("2\n0\n2\n8\n", "1\n10\n", {}, "a.agents: found 2 lines of locations; expected 3"),
     ("3\n0\n2\n8\n", "2\n10\n", {}, "a.tasks: found 1 line of locations; expected 2"),
     ("3\n0\nx\n8\n", "1\n10\n", {}, "a.agents, line 3: expected the number of a cell, found 'x'"),
     ("3\n0\n,\n8\n", "1\n10\n", {}, "a.agents, line 3: expected at least one location, found none"),

@@ -189,7 +189,6 @@ def test_files_of_states(by_hand, tmp_path, monkeypatch) -> None:
     ("time_s", 1e308, "time_s", "expected a"),
     ("random", {"state": str(1 << 128), "increment": "1"}, "random", "numbers below 2^128"),
     ("random", {"state": "-1", "increment": "1"}, "random", "decimal digits"),
-    ("random", {"state": "os.system", "increment": "1"}, "random", "decimal digits"),
     ("random", {"state": "1", "increment": "1", "has_uint32": 2}, "random.has_uint32", "expected 0 or 1"),
     ("random", {"state": "1", "increment": "1", "uinteger": 1 << 32}, "random.uinteger", "4,294,967,295"),
 )
