@@ -405,10 +405,8 @@ def test_the_shipped_experiments_are_listed(capsys: pytest.CaptureFixture[str]) 
     (("trial.toml", "--jobs", "0"), "--jobs"),
     (("trial.toml", "--out", "tiny.toml"), "expected a folder"),
     (("trial.toml", "--dask", "somewhere"), "expected the address of a scheduler, tcp://host:8786"),
-    (("bad.toml", "--no-inline-rules"), "bad.py"),
 )
 def test_wrong_input(trial: Path, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], problem: str) -> None:
-    (trial / "bad.toml").write_text(TRIAL + 'rules.pr = "./bad.py:Raising"\n', encoding="utf-8")
     assert compare(*arguments) == 2
     printed = capsys.readouterr().err
     assert problem in printed
