@@ -157,17 +157,9 @@ def test_places_to_store(at_work: dict[str, Any]) -> None:
         decide(state_from_dict(at_work | {"ask": {"pod": "P2"}}), RuleChoice("fixed"))
 
 
-def test_times_in_a_state(by_hand: dict[str, Any]) -> None:
-    by_hand |= {"version": 2, "time_s": 100.0}
-    view = open_state(state_from_dict(by_hand)).view
-    north = view.stations[0]
-    assert (north.picker_free_s, north.opens_s, north.closes_s) == (100.0, None, None)
-    assert [pod.expected_arrival_s for pod in view.pods] == [None, None]
-    by_hand["stations"]["north"] |= {"picker_free_s": 106.5, "changes_s": 3600}
-    north = open_state(state_from_dict(by_hand)).view.stations[0]
-    assert (north.picker_free_s, north.opens_s, north.closes_s) == (106.5, None, 3600.0)
+def test_times_of_stations_are_told_in_version_2(by_hand: dict[str, Any]) -> None:
     for changed in ({"staffed": False}, {"picker_free_s": 3.0}, {"changes_s": 60.0}):
-        first = by_hand | {"version": 1, "stations": {"north": {"item_capacity": 4} | changed}}
+        first = by_hand | {"time_s": 100.0, "stations": {"north": {"item_capacity": 4} | changed}}
         with pytest.raises(InputError, match=r"found opening hours, or a busy picker, in a state of version 1"):
             state_from_dict(first)
 

@@ -287,16 +287,6 @@ def test_pods_that_are_bound_for_the_station_already() -> None:
     ]
 
 
-def test_an_order_split_among_stations() -> None:
-    state = content(4)
-    state["orders"]["A"]["lines"]["jam"] = 2
-    assigned = [{"order": "A", "station": station, "skus": [sku]} for station, sku in (("s", "milk"), ("t", "tea"))]
-    assert [episode.what for episode in order_story([made(1, "POA+PPS", state, {"assignments": assigned})], "A")] == [
-        "assigned to station s: SKU milk",
-        "assigned to station t: SKU tea; 1 of its lines stays in the backlog",
-    ]
-
-
 def test_where_a_pod_went() -> None:
     wanted = content(4)
     wanted["orders"]["A"]["parts"] = [{"station": "s", "skus": ["milk"], "period": 1}]

@@ -84,13 +84,6 @@ def test_a_rule_that_the_scenario_does_not_name(record: Any, damaged: Callable[.
         other.choice_of(next(iter(other)))
 
 
-def test_due_times_are_recorded(record: Any) -> None:
-    due = ("instance.due.allowance_s=600", "instance.due.priority_share=0.5", "instance.due.priority_allowance_s=60")
-    plain, state = (next(iter(record(*settings))).state() for settings in ((), due))
-    assert (plain.version, state.version, len(state.orders)) == (1, 2, 14)
-    assert {(order.due_s, order.priority) for order in state.orders.values()} == {(600.0, 0), (60.0, 1)}
-
-
 @cases(
     "line change problem",
     (1, lambda header: header | {"format": "other"}, "format: expected 'rmfs-decisions', found 'other'"),
