@@ -150,12 +150,8 @@ def test_trips_of_each_kind(tmp_path: Path) -> None:
 
 
 def test_one_way_cells_against_each_other_are_noted(tmp_path: Path) -> None:
-    header = (
-        "Grid size (x, y)\n2,1\nid,type,station,x,y,weight_to_NORTH,weight_to_WEST,weight_to_SOUTH,weight_to_EAST\n"
-    )
-    (tmp_path / "g.grid").write_text(
-        header + "0,Travel,None,0,0,inf,inf,inf,1\n1,Travel,None,1,0,inf,1,inf,1\n", encoding="utf-8"
-    )
+    rows = "0,Travel,None,0,0,inf,inf,inf,1,1\n1,Travel,None,1,0,inf,1,inf,1,1\n"
+    (tmp_path / "g.grid").write_text(HEADER.replace("2,2", "2,1") + rows, encoding="utf-8")
     imported = import_rhcr(tmp_path / "g.grid", 1)
     assert imported.files == {"map.txt": ">─\n"}
     assert imported.notes.taken == [Note("ways that a text map cannot say", 1, "left out")]
