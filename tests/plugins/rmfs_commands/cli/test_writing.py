@@ -51,12 +51,6 @@ def test_files_in_the_way(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     main(["generate", "examples/small", "--out", str(tmp_path), "--force"])
     assert sorted(path.name for path in tmp_path.iterdir()) == ["orders.csv", "pods.csv", "scenario.toml"]
     assert (tmp_path / "pods.csv").read_text(encoding="utf-8") != "mine"
-    for file in tmp_path.iterdir():
-        file.unlink()
-    (tmp_path / "scenario.toml").mkdir()
-    assert exit_code("generate", "examples/small", "--out", str(tmp_path), "--force") == 2
-    assert capsys.readouterr().err.endswith("scenario.toml: cannot be written: a folder has that name\n")
-    assert [path.name for path in tmp_path.iterdir()] == ["scenario.toml"]
 
 
 def test_the_map_rules_in_files_and_files_of_parameters_come_along(
