@@ -28,14 +28,6 @@ MARCH = 1_709_251_200_000
 DATES = "dates without an offset"
 
 
-def test_what_is_no_time_does_not_settle_the_kind() -> None:
-    clock = Clock()
-    with pytest.raises(ValueError, match=r"."):
-        clock.read("tomorrow")
-    assert not clock.dated
-    assert clock.read("7") == Moment(7000)
-
-
 @cases(
     "text midnight shown",
     ("2024-03-01T06:05:30.5", MARCH, "2024-03-01T00:00:00"),
