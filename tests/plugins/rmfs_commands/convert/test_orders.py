@@ -310,7 +310,7 @@ def test_rows_are_loaded_in_batches_and_a_question_is_asked_at_once(tmp_path, ca
 
 
 def test_rows_that_are_left_out_are_warned_of_from_a_tenth_on(tmp_path, capsys) -> None:
-    """What is left out by an option is not counted."""
+    """Rows that an option leaves out do not count."""
     for left in (1, 2):
         text = "o,s,q\n" + "1,a,1\n" * (9 - left) + "1,a,-1\n" * left + "1,b,1\n"
         converted(tmp_path, text, "--quantity q --leave-out-sku b --force")
