@@ -339,10 +339,8 @@ def test_bundles_and_pods_that_fit() -> None:
     heavy = [*SKUS, Sku("s3", 1, 30.0, 40)]
     assert storable(heavy, [10.0, 10.0, 5000.0], "few.xgenc", notes) == SKUS
     assert notes.taken == [Note("SKUs of which a bundle is heavier than what a pod holds", 1, "left out")]
-    with pytest.raises(
-        InputError, match=r"^few.xgenc: found no SKU that is ordered and whose bundle a pod of capacity 9 can"
-    ):
-        storable(heavy, [9.0], "few.xgenc", notes)
+    told = "few.xgenc: found no SKU that is ordered and whose bundle a pod of capacity 9 can"
+    assert refusal(lambda: storable(heavy, [9.0], "few.xgenc", notes)).startswith(told)
     supply = Supply({"s0": 1 / 3}, 3, bundles=[(0.0, "s0", 3)])
     assert supply.instance_keys([1.0], [{}], Notes())["pod_capacity"] == 3 * 334
 
