@@ -6,7 +6,6 @@ from typing import Any
 from attrs import asdict
 
 from rmfs import events
-from rmfs_commands.instances.tables import Tables
 from rmfs_core.clock import to_seconds
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.rules import RuleSet
@@ -46,8 +45,8 @@ class Told(Simulation):
     def __init__(self, path: str, overrides: tuple[str, ...] = ()) -> None:
         scenario = load_scenario(path, overrides)
         rules = RuleSet.load(scenario.rules, scenario.folder)
-        instance, self.log, self.tables = make_instance(scenario), Log(), Tables()
-        for observer in (self, self.log, self.tables):
+        instance, self.log = make_instance(scenario), Log()
+        for observer in (self, self.log):
             rules.register_observer(observer)
         self.facts: list[tuple[int, dict[str, Any]]] = []
         self.charging: set[int] = set()

@@ -8,41 +8,16 @@ from pathlib import Path
 import click
 import pytest
 from click.shell_completion import ShellComplete
-from click.testing import CliRunner
 
 from cases import cases
 from rmfs_commands.cli.main import main, rmfs
 from rmfs_commands.cli.options import (
     NumberRange,
     WholeNumberRange,
-    dask_option,
-    jobs_option,
-    json_option,
-    scenario_argument,
-    seed_option,
-    set_option,
 )
 from rmfs_commands.experiments import shipped_experiments
 from rmfs_core import entrypoints
 from rmfs_core.scenario import shipped_scenarios
-
-
-@click.command()
-@scenario_argument
-@set_option
-@seed_option
-@jobs_option
-@dask_option
-@json_option
-def command(**given: object) -> None:
-    for name, value in sorted(given.items()):
-        click.echo(f"{name}={value}")
-
-
-def given(*arguments: str) -> dict[str, str]:
-    done = CliRunner().invoke(command, arguments)
-    assert done.exit_code == 0, done.output
-    return dict(line.split("=", 1) for line in done.output.splitlines())
 
 
 @cases(

@@ -295,8 +295,9 @@ def test_a_summary_shows_what_there_is(result: Result, capsys: pytest.CaptureFix
     assert re.search(r"Balance of work +2\.2 +kJ", text)
     assert re.search(r"bare +3", text)
     assert "Observers" not in summary(result)
-    result = rmfs_core.run("examples/small", overrides=["instance.orders=2"], observers=[Marked()])
-    print_summary(Console(width=100), "small", result)
+    marked = {"waits": Metric("waits", "Waits [s] [/nope]", "[red]", 0)}
+    own = evolve(result, metrics={**result.metrics, "waits": 3}, described=marked)
+    print_summary(Console(width=100), "small", own)
     (line,) = [line for line in capsys.readouterr().out.splitlines() if "Waits" in line]
     assert "Waits [s] [/nope]" in line
     assert "[red]" in line
@@ -312,14 +313,6 @@ def test_the_profile_says_where_the_time_went(result: Result) -> None:
     assert re.search(r"Path queries +3\.000 +75\.0", text)
     assert all(label in text for label in PROFILE.values())
     assert text.index("in assign_orders") < text.index("in plan_path")
-
-
-class Marked:
-    measures = (Metric("waits", "Waits [s] [/nope]", "[red]", 0),)
-
-    @rmfs_core.hookimpl
-    def measured(self) -> dict[str, float | None]:
-        return {"waits": 3}
 
 
 def row(status: str, objective: float | None, bound: float | None) -> dict[str, object]:
@@ -356,20 +349,12 @@ def test_orders_that_waited_are_counted(tmp_path: Path, capsys: pytest.CaptureFi
     assert "waited for stock" not in capsys.readouterr().out
 
 
-def trimmed_text(what: RenderableType, *, end: str = "\n", styled: bool = False, trimmed: bool = True) -> str:
+def trimmed_text(what: RenderableType, *, end: str = "\n", styled: bool = False) -> str:
     stream = io.StringIO()
     console = Console(file=stream, width=20, force_terminal=styled, color_system="standard" if styled else None)
-    if trimmed:
-        console.push_render_hook(WithoutTrailingBlanks())
+    console.push_render_hook(WithoutTrailingBlanks())
     console.print(what, end=end)
     return stream.getvalue()
-
-
-def table() -> Table:
-    made = Table("Rule", "Says", box=None, padding=(0, 1))
-    for row in (("one", "yes"), ("", ""), ("another", "no")):
-        made.add_row(*row)
-    return made
 
 
 def test_lines_and_styles_stay() -> None:

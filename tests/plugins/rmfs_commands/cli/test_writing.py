@@ -51,30 +51,11 @@ def test_files_in_the_way(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     main(["generate", "examples/small", "--out", str(tmp_path), "--force"])
     assert sorted(path.name for path in tmp_path.iterdir()) == ["orders.csv", "pods.csv", "scenario.toml"]
     assert (tmp_path / "pods.csv").read_text(encoding="utf-8") != "mine"
-    for file in tmp_path.iterdir():
-        file.unlink()
-    (tmp_path / "scenario.toml").mkdir()
-    assert exit_code("generate", "examples/small", "--out", str(tmp_path), "--force") == 2
-    assert capsys.readouterr().err.endswith("scenario.toml: cannot be written: a folder has that name\n")
-    assert [path.name for path in tmp_path.iterdir()] == ["scenario.toml"]
 
 
-def test_maps_and_rules_in_files_come_along(tmp_path: Path) -> None:
-    small = load_scenario("examples/small")
-    (tmp_path / "maps").mkdir()
-    (tmp_path / "maps" / "hall.txt").write_text(block_map(small.layout, 12), encoding="utf-8")
-    (tmp_path / "mine.py").write_text(RULE, encoding="utf-8")
-    (tmp_path / "mine.toml").write_text(
-        '[layout]\nmap_file = "maps/hall.txt"\n[rules]\npoa = "./mine.py:Mine"\npps = "demand"\n', encoding="utf-8"
-    )
-    main(["generate", str(tmp_path / "mine.toml"), "--out", str(tmp_path / "new"), "--set", "instance.pods=20"])
-    scenario = load_scenario(tmp_path / "new" / "scenario.toml")
-    assert scenario.layout.map_file == "hall.txt"
-    assert make_layout(scenario).storage_locations == make_layout(small).storage_locations
-    assert (tmp_path / "new" / "mine.py").read_text(encoding="utf-8") == RULE
-
-
-def test_files_that_parameters_name_come_along(install: Callable[..., None], tmp_path: Path) -> None:
+def test_the_map_rules_in_files_and_files_of_parameters_come_along(
+    install: Callable[..., None], tmp_path: Path
+) -> None:
     source = """
 from pathlib import Path
 @define
@@ -91,7 +72,10 @@ class Places:
     (old / "plans" / "b.csv").write_text("b\n", encoding="utf-8")
     (old / "orders.csv").write_text("no orders\n", encoding="utf-8")
     (tmp_path / "a.csv").write_text("elsewhere\n", encoding="utf-8")
+    small = load_scenario("examples/small")
+    (old / "plans" / "hall.txt").write_text(block_map(small.layout, 12), encoding="utf-8")
     chosen = (
+        '[layout]\nmap_file = "plans/hall.txt"\n'
         '[rules.poa]\nrule = "./mine.py:Mine"\nplan = "plans/../plans/a.csv"\nnote = "orders.csv"\n'
         '[rules.pps]\nrule = "./mine.py:Mine"\nplan = "orders.csv"\n'
         '[rules.pr]\nrule = "switch"\ncases = [{ rule = "places", parameters = { file = "plans/b.csv" } }]\n'
@@ -101,6 +85,8 @@ class Places:
     main(["generate", str(old / "scenario.toml"), "--set", "instance.orders=3", "--out", str(new)])
     old.rename(tmp_path / "gone")
     scenario = load_scenario(new / "scenario.toml")
+    assert scenario.layout.map_file == "hall.txt"
+    assert make_layout(scenario).storage_locations == make_layout(small).storage_locations
     rules = RuleSet.load(scenario.rules, scenario.folder)
     assert (rules.poa.instance.plan, rules.poa.instance.note) == (new / "plans" / "a.csv", "orders.csv")
     assert rules.pps.instance.plan == new / "orders_2.csv"

@@ -1,7 +1,6 @@
 """`rmfs convert pods`, and SKUs on pods."""
 
 import csv
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,16 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import rmfs_core
-from calling import exit_code, refusal, refused
+from calling import exit_code, refused
 from cases import cases
 from rmfs_commands.cli.main import main
 from rmfs_commands.convert import stock_table
 from rmfs_commands.convert.history import merged
 from rmfs_commands.convert.lines import Sku
 from rmfs_commands.convert.placement import PLACEMENTS, items_on, place
-from rmfs_commands.convert.quantities import Quantities
-from rmfs_commands.convert.stock_table import StockColumns, StockTable
-from rmfs_commands.convert.tables import Table
 from rmfs_core.scenario import load_scenario
 
 STOCK = "Bin,Article,Qty\nA-1,tea,4\nA-2,mug,3\nA-1,mug,1\nA-3,spoon,0\n"
@@ -75,6 +71,18 @@ def test_a_scenario_that_is_there_stays(tmp_path: Path) -> None:
     (STOCK, ["--row", "y"], "--row: found no --column; expected both, or neither"),
     (STOCK, ["--column", "x"], "--column: found no --row; expected both, or neither"),
     ("Bin,Article,Qty\nA,tea,1\nB,tea,-1\nC,tea,x\n", [], "2 of 3 rows would be left out: 2 rows with a quantity"),
+    ("Bin,Article,Qty\nA,tea,-1\n", [], "has no pod that could be kept: 1 row with a quantity that is no whole numbe"),
+    ("Bin,Article,Qty\n", [], "has no pod that could be kept: it has no rows"),
+    ("Bin,Article,Qty\nA,tea,1\nB,tea,1\nC,tea,1\nD,tea,1\n", [], "row 4: found more than 3 pods; expected at most"),
+    *(
+        (f"Bin,Article,Qty,y,x\n{rows}\n", ["--row", "y", "--column", "x"], sentence)
+        for rows, sentence in (
+            ("A,tea,1,1,2\nA,jam,1,1,3", "row 2: found pod 'A' in row 1, column 3; expected row 1, column 2"),
+            ("A,tea,1,1,2\nB,jam,1,1,2", "row 2: found pods 'A' and 'B' in row 1, column 2; expected a location"),
+            ("A,tea,1,0,2", "row 1: found '0' and '2' as row and column; expected whole numbers from 1 on"),
+            ("A,tea,1,,2", "row 1: found nothing and '2' as row and column"),
+        )
+    ),
     (STOCK, ["--start", "noon"], '--start: expected a time in ISO 8601, such as 2024-03-01T06:30, found "noon"'),
     (
         "Bin,Article,Qty\nA,tea,4\nB,tea,5\n",
@@ -82,9 +90,39 @@ def test_a_scenario_that_is_there_stays(tmp_path: Path) -> None:
         "--start: pods with locations get no scenario.toml; expected no --start",
     ),
 )
-def test_what_is_wrong_is_said_in_a_sentence(tmp_path, capsys, text, options, sentence) -> None:
+def test_what_is_wrong_is_said_in_a_sentence(tmp_path, capsys, monkeypatch, text, options, sentence) -> None:
+    monkeypatch.setattr(stock_table, "MOST_PODS", 3)
     assert sentence in refused(capsys, convert, tmp_path, *options, text=text)
     assert not (tmp_path / "out").exists()
+
+
+def test_pods_of_tables(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = convert(tmp_path, "--decimal", ",", text="Bin,Article,Qty\nB,tea,1.200\nA,jam,3\nB,jam,2\nB, tea ,5\n")
+    assert (out / "pods.csv").read_text() == "pod,sku,quantity\nB,tea,1205\nB,jam,2\nA,jam,3\n"
+    told = capsys.readouterr().out
+    assert told.startswith("Read 4 rows.\nSKUs that a pod repeats: 1 row; quantities are added up.\nWrote ")
+    assert "pods.csv: 2 pods, 1,210 items of 2 SKUs.\n" in told
+    text = "Bin,Article,Qty,y,x\nA,tea,0,1,2\nB,tea,0,3,4\nB,jam,1,3,4\n"
+    convert(tmp_path, "--force", "--row", "y", "--column", "x", text=text)
+    assert (out / "pods.csv").read_text() == "pod,sku,quantity,row,column\nA,tea,0,1,2\nB,jam,1,3,4\n"
+    assert "Empty: 1 pod." in capsys.readouterr().out
+    main(["convert", "pods", str(tmp_path / "stock.csv"), *COLUMNS[:4], "--out", str(out), "--force"])
+    assert (out / "pods.csv").read_text() == "pod,sku,quantity\nA,tea,\nB,tea,\nB,jam,\n"
+    assert "pods.csv: 2 pods, any number of items of 2 SKUs.\n" in capsys.readouterr().out
+
+
+def test_each_row_left_out_has_its_reason(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = 'A,tea,4\nA,jam,-2\nA,jam,"1,5"\nA,jam,\n,jam,1\nA,,1\nBin,Article,Qty\nA,jam,9000000000\n,,\n'
+    out = convert(tmp_path, "--decimal", ",", "--force", text=f"Bin,Article,Qty\n{rows}")
+    assert (out / "pods.csv").read_text() == "pod,sku,quantity\nA,tea,4\n"
+    assert [line for line in capsys.readouterr().out.splitlines() if line.startswith(("Read", "Left"))] == [
+        "Read 8 rows.",
+        'Left out: 3 rows with a quantity that is no whole number from 0 on: row 2 "-2", row 3 "1,5", row 4.',
+        "Left out: 1 row with no pod: row 5.",
+        'Left out: 1 row with no SKU: row 6 "A".',
+        "Left out: 1 row with the header again: row 7.",
+        'Left out: 1 row with more than 1,000,000,000 items: row 8 "9000000000".',
+    ]
 
 
 def test_time_0_of_orders_with_dates_is_given(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -97,71 +135,6 @@ def test_time_0_of_orders_with_dates_is_given(tmp_path: Path, capsys: pytest.Cap
     assert load_scenario(out / "scenario.toml").instance.start == "2024-03-01T06:00:00+01:00"
     told = refused(capsys, convert, tmp_path, "--force", "--start", "2024-03-01")
     assert "scenario.toml is there already; expected no --start" in told
-
-
-def test_files_that_are_there_are_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out = convert(tmp_path)
-    assert "--force replaces it" in refused(capsys, convert, tmp_path, text="Bin,Article,Qty\nZ,tea,1\n")
-    assert (out / "pods.csv").read_text(encoding="utf-8") == PODS
-
-
-UNPLACED = StockColumns("bin", "sku", "qty")
-PLACED = StockColumns("bin", "sku", "qty", "y", "x")
-
-
-def read(folder: Path, rows: Sequence[str], columns: StockColumns = UNPLACED, decimal: str | None = None) -> StockTable:
-    """Read a table of these rows: bin, SKU, items, and perhaps row and column."""
-    file = folder / "stock.csv"
-    header = "bin;sku;qty" + (";y;x" if columns.row else "")
-    file.write_text("".join(f"{row}\n" for row in (header, *rows)), encoding="utf-8")
-    stock = StockTable(columns, Quantities(decimal))
-    stock.read(Table(file, ";"))
-    return stock
-
-
-def test_pods_of_tables(tmp_path: Path) -> None:
-    stock = read(tmp_path, ["B;tea;1.200", "A;jam;3", "B;jam;2", "B; tea ;5"], decimal=",")
-    assert list(stock.lines()) == [("pod", "sku", "quantity"), ("B", "tea", 1205), ("B", "jam", 2), ("A", "jam", 3)]
-    assert list(stock.sentences()) == ["Read 4 rows.", "SKUs that a pod repeats: 1 row; quantities are added up."]
-    assert stock.total() == "2 pods, 1,210 items of 2 SKUs"
-    stock = read(tmp_path, ["A;tea;0;1;2", "B;tea;0;3;4", "B;jam;1;3;4"], PLACED)
-    header = ("pod", "sku", "quantity", "row", "column")
-    assert list(stock.lines()) == [header, ("A", "tea", 0, 1, 2), ("B", "jam", 1, 3, 4)]
-    assert "Empty: 1 pod." in list(stock.sentences())
-    stock = read(tmp_path, ["A;tea;7"], StockColumns("bin", "sku"))
-    assert list(stock.lines())[1:] == [("A", "tea", "")]
-    assert stock.total() == "1 pod, any number of items of 1 SKU"
-
-
-def test_each_row_left_out_has_its_reason(tmp_path: Path) -> None:
-    rows = ["A;tea;4", "A;jam;-2", "A;jam;1,5", "A;jam;", ";jam;1", "A;;1", "bin;sku;qty", "A;jam;9000000000", ";;"]
-    stock = read(tmp_path, rows, decimal=",")
-    assert stock.rows == 8
-    assert [part for _, part in stock.dropped.parts()] == [
-        '3 rows with a quantity that is no whole number from 0 on: row 2 "-2", row 3 "1,5", row 4',
-        "1 row with no pod: row 5",
-        '1 row with no SKU: row 6 "A"',
-        "1 row with the header again: row 7",
-        '1 row with more than 1,000,000,000 items: row 8 "9000000000"',
-    ]
-    assert list(stock.lines())[1:] == [("A", "tea", 4)]
-
-
-@cases(
-    "rows columns sentence",
-    (["A;tea;1;1;2", "A;jam;1;1;3"], PLACED, "row 2: found pod 'A' in row 1, column 3; expected row 1, column 2"),
-    (["A;tea;1;1;2", "B;jam;1;1;2"], PLACED, "row 2: found pods 'A' and 'B' in row 1, column 2; expected a location"),
-    (["A;tea;1;0;2"], PLACED, "row 1: found '0' and '2' as row and column; expected whole numbers from 1 on"),
-    (["A;tea;1;;2"], PLACED, "row 1: found nothing and '2' as row and column"),
-    (["A;tea;-1"], UNPLACED, "has no pod that could be kept: 1 row with a quantity that is no whole number from 0 on"),
-    ([], UNPLACED, "has no pod that could be kept: it has no rows"),
-    (["A;tea;1", "B;tea;1", "C;tea;1"], UNPLACED, "row 3: found more than 2 pods; expected at most that many"),
-)
-def test_what_run_would_refuse_is_refused(tmp_path, monkeypatch, rows, columns, sentence) -> None:
-    monkeypatch.setattr(stock_table, "MOST_PODS", 2)
-    said = refusal(lambda: read(tmp_path, rows, columns))
-    assert said.startswith(f"{tmp_path / 'stock.csv'}")
-    assert sentence in said
 
 
 @given(

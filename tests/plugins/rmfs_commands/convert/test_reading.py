@@ -2,26 +2,20 @@
 
 import csv
 import gzip
-import sqlite3
 from datetime import UTC, date, datetime, time
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
-from zoneinfo import ZoneInfo
 
-import click
 import pyarrow as pa
 import pyarrow.parquet
 import pytest
 
 from calling import refusal
 from cases import cases
-from rmfs_commands.convert import loading, parquet_tables
-from rmfs_commands.convert.cleaning import Choice, Cleaner, Columns, Reader
+from rmfs_commands.convert import parquet_tables
 from rmfs_commands.convert.csv_tables import csv_rows
 from rmfs_commands.convert.headers import plain, positions
-from rmfs_commands.convert.loading import load
-from rmfs_commands.convert.options import needs, number_options, quantities_of, table_options, time_options
 from rmfs_commands.convert.parquet_tables import parquet_rows
 from rmfs_commands.convert.tables import Table
 from rmfs_core.errors import InputError
@@ -32,10 +26,6 @@ def test_rows_are_read_in_batches(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     file = tmp_path / "lines.parquet"
     pyarrow.parquet.write_table(pa.table({"order": [str(i) for i in range(10)]}), file)
     assert list(Table(file).rows(["order", None])) == [(i, (str(i - 1), "")) for i in range(1, 11)]
-    monkeypatch.setattr(loading, "ROWS_PER_BATCH", 2)
-    lines, lost = loaded(tmp_path / "t.csv", "o,s,q\nA,tea,1\nB,tea,0\nC,jam,2\nD,,1\nE,rye,3\n")
-    assert lines == [("A", "tea", 1, 1), ("C", "jam", 2, 3), ("E", "rye", 3, 5)]
-    assert lost == [("B",), ("D",)]
 
 
 def test_files_of_other_kinds(tmp_path: Path) -> None:
@@ -205,77 +195,3 @@ def test_names_of_columns(tmp_path: Path) -> None:
 )
 def test_a_column_that_is_not_there_once_is_refused(header: list[str], column: str, problem: str) -> None:
     assert refusal(lambda: positions(header, [column], "lines.csv, line 1")) == f"lines.csv, line 1: {problem}"
-
-
-def loaded(file: Path, text: str) -> tuple[list[tuple[object, ...]], list[tuple[str]]]:
-    """Load a table of orders, SKUs and quantities; return the lines, and the orders that lost one."""
-    file.write_text(text, encoding="utf-8")
-    base = sqlite3.connect(":memory:", isolation_level=None)
-    base.executescript("CREATE TABLE line (a, b, c, d, e, f, g, h, i, j); CREATE TABLE lost (name, shortens)")
-    cleaner = Cleaner(Columns("o", "s", quantity="q"), Reader(), Choice())
-    load(Table(file), cleaner, base, "line")
-    assert cleaner.lost == []
-    return base.execute("SELECT a, b, e, i FROM line").fetchall(), base.execute("SELECT name FROM lost").fetchall()
-
-
-def test_a_question_is_asked_before_all_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(loading, "ROWS_PER_BATCH", 2)
-    with pytest.raises(InputError, match=r'row 2, q: found "1.000", which may be 1 or 1000'):
-        loaded(tmp_path / "t.csv", "o,s,q\nA,tea,1\nB,tea,1.000\nC,jam,2\nD,jam\n")
-
-
-def given(*arguments: str) -> dict[str, Any]:
-    """Return what a command with all of the options is handed."""
-
-    @click.command()
-    @table_options
-    @number_options
-    @time_options
-    def command(**options: Any) -> dict[str, Any]:
-        return options
-
-    found: dict[str, Any] = command.main(list(arguments), standalone_mode=False)
-    return found
-
-
-@cases(
-    "arguments value",
-    *((("--separator", text), "\t") for text in ("tab", "\t", "\\t")),
-    (("--separator", "semicolon"), ";"),
-    (("--separator", "|"), "|"),
-    (("--encoding", "UTF8"), "utf-8"),
-    (("--encoding", "latin-1"), "iso8859-1"),
-    (("--zone", "Europe/Berlin"), ZoneInfo("Europe/Berlin")),
-    (("--time-format", "unix"), ("unix",)),
-    (("--decimal", ","), ","),
-)
-def test_values(arguments: tuple[str, str], value: object) -> None:
-    assert given(*arguments)[arguments[0][2:].replace("-", "_")] == value
-
-
-@cases(
-    "arguments problem",
-    *(
-        (("--separator", text), f"found {text!r}; expected one sign of ASCII, such as ;, or one of comma, semicolon")
-        for text in ("\u00e9", "::", "", '"', "\n", "a")
-    ),
-    *(
-        (("--encoding", text), f"found {text!r}; expected utf-8, utf-16, cp1252 or the like")
-        for text in ("foo", "rot13", "", "a\0b")
-    ),
-    (("--zone", "Europe/Berln"), "there is no time zone 'Europe/Berln' (did you mean `Europe/Berlin`"),
-    (("--zone", "America"), "there is no time zone 'America'"),
-    (("--time-format", "%H:%M %Z"), "found %Z: names of zones are not the same everywhere"),
-)
-def test_what_is_wrong_is_refused(arguments: tuple[str, str], problem: str) -> None:
-    assert refusal(lambda: given(*arguments)).startswith(f"{arguments[0]}: {problem}")
-
-
-def test_options_of_quantities() -> None:
-    assert quantities_of({"decimal": ",", "thousands": "."}).whole("1.000", 1) == 1000
-    with pytest.raises(InputError, match=r'^--decimal, --thousands: found "," for both; expected two signs$'):
-        quantities_of({"decimal": ",", "thousands": ","})
-    for key, orders in (("a", "b"), (None, "b"), (None, None)):
-        needs({"order_key": key, "orders": orders}, "order_key", "orders", "the table")
-    with pytest.raises(InputError, match=r"^--order-key: found no --orders; expected the table$"):
-        needs({"order_key": "a", "orders": None}, "order_key", "orders", "the table")

@@ -1,18 +1,15 @@
 """Times, quantities and names in the notations of many countries, and how many rows may be left out."""
 
 import time
-from pathlib import Path
 from zoneinfo import ZoneInfo
 
 import pytest
 
 from calling import refusal
 from cases import cases
-from rmfs_commands.convert.cleaning import Choice, Cleaner, Columns, Reader
 from rmfs_commands.convert.names import Names
 from rmfs_commands.convert.numeric_dates import NumericDates, looks_of
 from rmfs_commands.convert.quantities import Quantities
-from rmfs_commands.convert.shares import check_emptied, check_share, warn_of_share
 from rmfs_commands.convert.time_formats import (
     ABSOLUTE,
     LOCAL,
@@ -24,35 +21,11 @@ from rmfs_commands.convert.time_formats import (
     guessed,
     reader_of,
 )
-from rmfs_commands.convert.times import Clock, ClockError, offset
-from rmfs_core.errors import InputError
-from saying import said
+from rmfs_commands.convert.times import Clock, offset
 
 MARCH = 1_709_251_200_000
 """2024-03-01 00:00 UTC in ticks since 1970."""
 DATES = "dates without an offset"
-
-
-@cases(
-    "first then found before",
-    ("5", "2024-03-01", DATES, "seconds"),
-    ("2024-03-01", "5", "seconds", DATES),
-    ("2024-03-01T00:00Z", "2024-03-01", DATES, "dates with an offset"),
-)
-def test_a_table_has_one_kind_of_time(first: str, then: str, found: str, before: str) -> None:
-    clock = Clock()
-    clock.read(first)
-    expected = f"found {found} where the rows before have {before}; expected one kind of time"
-    assert said(ClockError, clock.read, then) == expected
-    assert clock.read(first) is not None
-
-
-def test_what_is_no_time_does_not_settle_the_kind() -> None:
-    clock = Clock()
-    with pytest.raises(ValueError, match=r"."):
-        clock.read("tomorrow")
-    assert not clock.dated
-    assert clock.read("7") == Moment(7000)
 
 
 @cases(
@@ -358,36 +331,3 @@ def test_one_name_has_one_spelling() -> None:
     given = (" A 1 ", "cafe\u0301", "caf\u00e9", "two\r\nlines", "A  1", "\u00a0x")
     assert [*map(names.clean, given)] == ["A 1", "caf\u00e9", "caf\u00e9", "two lines", "A  1", "x"]
     assert names.respelled == 1
-
-
-def cleaner_of(rows: int, left: int = 0, chosen: int = 0, emptied: int = 0) -> Cleaner:
-    """Return a cleaner of rows some of which were left out unasked, some by an option, some without a due time."""
-    cleaner = Cleaner(Columns("o", "s"), Reader(), Choice())
-    cleaner.rows = rows
-    for row in range(left):
-        cleaner.dropped.note("no SKU", row, "A\n")
-    for row in range(chosen):
-        cleaner.dropped.note("a SKU to leave out", row, "", chosen=True)
-    for row in range(emptied):
-        cleaner.emptied.note("a due time that cannot be read", row, "soon")
-    return cleaner
-
-
-@cases(
-    "check few many sentence",
-    (check_share, {"left": 5, "chosen": 5}, {"left": 6}, r'6 of 10 rows .*: 6 rows with no SKU: row 0 "A\\n", .*force'),
-    (check_emptied, {"emptied": 5}, {"emptied": 6}, 'would be left empty: 6 rows with a due .*: row 0 "soon", .*force'),
-)
-def test_more_than_half_of_the_rows_need_force(check, few, many, sentence) -> None:
-    check(Path("a.csv"), cleaner_of(10, **few), force=False)
-    check(Path("a.csv"), cleaner_of(10, **many), force=True)
-    with pytest.raises(InputError, match=f"^a.csv: {sentence}$"):
-        check(Path("a.csv"), cleaner_of(10, **many), force=False)
-
-
-@pytest.mark.parametrize(
-    ("left", "said"), [(1, ""), (2, "Warning: 20 % of the rows of a.csv are left out (2 of 10).\n")]
-)
-def test_more_than_a_tenth_is_a_warning(capsys: pytest.CaptureFixture[str], left: int, said: str) -> None:
-    warn_of_share("a.csv", cleaner_of(10, left, chosen=3))
-    assert capsys.readouterr().err == said

@@ -5,66 +5,26 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 from attrs import evolve
 
-from calling import refusal
 from cases import cases
-from rmfs_commands.experiments import (
-    Axis,
-    AxisPoint,
-    Base,
-    Experiment,
-    RuleSetChoice,
-    load_experiment,
-    shipped_experiments,
-)
+from rmfs_commands.experiments import Experiment, load_experiment, shipped_experiments
 from rmfs_commands.experiments.experiment import DEFAULT_METRICS, HORIZON_METRICS, PACKING_METRICS
 from rmfs_commands.experiments.resolving import resolve
 from rmfs_core.errors import InputError
 from rmfs_core.rules import RuleSet
-from rmfs_core.scenario import Scenario, load_scenario, scenario_from_dict, shipped_scenarios
+from rmfs_core.scenario import Scenario, load_scenario, scenario_from_dict
 from tiny import TWO_RULES
 
-
-def points(key: str, *values: Any) -> tuple[AxisPoint, ...]:
-    return tuple(AxisPoint(f"{key}={value}", value, {key: value}) for value in values)
+Write = Callable[..., Experiment]
 
 
-@pytest.fixture
-def one(folder: Path) -> Experiment:
-    """Return an experiment of two instances, two rule sets and two seeds."""
-    return Experiment(
-        name="trial",
-        bases=(Base("tiny", load_scenario(folder / "tiny.toml")),),
-        rule_sets=(RuleSetChoice("plain"), RuleSetChoice("other", {"rules.poa": "first-come"})),
-        seeds=(3, 5),
-        baseline="plain",
-        axes=(Axis("instance.orders", points("instance.orders", 4, 6)),),
-        folder=str(folder),
-        place="trial.toml",
-    )
-
-
-@cases(
-    "changes problem",
-    ({"metrics": ("picks", "picks")}, "metrics: found picks twice; expected each once"),
-    ({"by": ("instance.order",)}, 'by: there is no axis "instance.order" (did you mean `instance.orders`?)'),
-    (
-        {"axes": (Axis("pile_on", points("robots.count", 1)),)},
-        "axes.pile_on: the summary has a column of that name; expected another name",
-    ),
-)
-def test_what_an_experiment_cannot_be_is_refused(one: Experiment, changes: dict[str, Any], problem: str) -> None:
-    assert refusal(lambda: evolve(one, **changes)) == problem
-
-
-def test_a_metric_that_nobody_measures_is_named(one: Experiment) -> None:
-    with pytest.raises(
-        InputError, match=r'^trial.toml, metrics: there is no metric "pileon" \(did you mean `pile_on`\?\)'
-    ):
+def test_a_metric_that_nobody_measures_is_named(experiment: Write, folder: Path) -> None:
+    one = experiment()
+    place = rf"^{folder}/experiment.toml, metrics"
+    with pytest.raises(InputError, match=rf'{place}: there is no metric "pileon" \(did you mean `pile_on`\?\)'):
         evolve(one, metrics=("pileon",)).jobs()
     with pytest.raises(InputError, match=r'^--most psv=3: there is no metric "psv" \(did you mean `psv_per_order`\?\)'):
         evolve(one, metrics=("psv",), metrics_place="--most psv=3").jobs()
@@ -75,22 +35,15 @@ def test_a_metric_that_nobody_measures_is_named(one: Experiment) -> None:
     evolve(one, metrics=("own",)).check_metrics(["own"])
 
 
-def test_files_that_code_is_loaded_from_are_named(one: Experiment, folder: Path) -> None:
-    assert one.rule_files() == []
-    loads = evolve(
-        one,
-        axes=(Axis("r", points("rules.pr", "./bad.py:Raising", "nearest")),),
-        rule_sets=(
-            RuleSetChoice("plain", {"rules.filters": ["./filters.py:A", {"rule": "./filters.py:B"}]}),
-            RuleSetChoice("other", {"rules.poa": {"rule": "first-come"}}),
-        ),
-    )
+def test_files_that_code_is_loaded_from_are_named(experiment: Write, folder: Path) -> None:
+    assert experiment().rule_files() == []
+    axis = '[axes]\nrules.pr = ["./bad.py:Raising", "nearest"]\n'
+    text = TWO_RULES.replace("[[rule_sets]]", f"{axis}[[rule_sets]]", 1)
+    loads = experiment(text + 'rules.filters = ["./filters.py:A", { rule = "./filters.py:B" }]\n')
     assert loads.rule_files() == [str(folder / "bad.py"), str(folder / "filters.py")]
     with pytest.raises(InputError, match="--no-inline-rules"):
-        evolve(loads, rule_sets=one.rule_sets).jobs(allow_inline_rules=False)
+        loads.jobs(allow_inline_rules=False)
 
-
-Write = Callable[..., Experiment]
 
 FULL = """
 name = "full"
@@ -203,7 +156,6 @@ def test_the_quick_part_is_two_seeds_and_the_first_value_of_each_axis(experiment
     ("seeds = [1, 2]", "seeds = []", "line 3, seeds: expected at least one, found none"),
     ("seeds = [1, 2]", "seeds = [1, 1]", "seeds: found 1 twice"),
     ("seeds = [1, 2]", "seeds = [1, -2]", "whole numbers >= 0"),
-    ("seeds = [1, 2]", 'seeds = ["1"]', "whole numbers >= 0"),
     ("seeds = [1, 2]", "seeds = { first = 1, cuont = 2 }", "{ first = 1, count = 10 }"),
     ("seeds = [1, 2]", "seeds = { first = 1, count = 0 }", "{ first = 1, count = 10 }"),
     ("seeds = [1, 2]", "seeds = { count = 1000000000 }", "at most 100,000 seeds, found 1,000,000,000"),
@@ -216,13 +168,13 @@ def test_the_quick_part_is_two_seeds_and_the_first_value_of_each_axis(experiment
     ('name = "first-come"', "", "expected a `name` in each [[rule_sets]], found none in number 2"),
     ("rules.poa =", "rules.pao =", 'rule set "first-come": unknown key (did you mean `poa`?)'),
     ("rules.poa =", "ruls.poa =", 'rule set "first-come": unknown key (did you mean `rules`?)'),
-    ("rules.poa =", "seed = 4\nrules.poa =", 'rule set "first-come": unknown key'),
     ('base = "tiny.toml"', "", "expected either `base`, a scenario, or `scenarios`"),
     ('base = "tiny.toml"', 'base = "tiny.toml"\nscenarios = ["tiny.toml"]', "expected either `base`"),
     ('base = "tiny.toml"', "scenarios = []", "scenarios: expected at least one"),
     ('base = "tiny.toml"', 'base = "papr-250"', "did you mean `paper-250`"),
     ('base = "tiny.toml"', "base = 3", "base: expected a text in quotes, found 3"),
     ("seeds =", 'by = ["orders"]\nseeds =', 'there is no axis "orders"'),
+    ("seeds =", 'metrics = ["picks", "picks"]\nseeds =', "metrics: found picks twice; expected each once"),
     ("seeds =", 'fronts = "pile_on"\nseeds =', 'fronts: expected a list of pairs of metrics, found "pile_on"'),
     ("seeds =", 'fronts = [["pile_on"]]\nseeds =', "fronts: expected a list of pairs of metrics"),
     (
@@ -267,12 +219,9 @@ def test_mistakes_are_named(experiment: Write, folder: Path, old: str, new: str,
 @cases(
     "rules problem",
     ('rules.poa = "frist-come"', 'rules.poa: there is no rule "frist-come"'),
-    ('rules.poa = { rule = "first-come", speed = 3 }', "speed"),
     ("robots.count = 0", "robots.count: expected a whole number from 1 to 100,000, found 0"),
     ('rules.poa = "./none.py:Rule"', "none.py"),
-    ('layout.map_file = "none.txt"', "cannot read"),
     ('rules.poa_pps = "integrated"\nrules.poa = "first-come"', "expected either `poa_pps`"),
-    ("robots.count.x = 3", "robots.count: expected a whole number, found { x = 3 }"),
 )
 def test_what_makes_no_scenario_is_named_before_anything_runs(experiment: Write, rules: str, problem: str) -> None:
     read = experiment(
@@ -294,11 +243,6 @@ def test_files_that_are_not_there(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", shipped_experiments())
 def test_shipped_experiments_are_fit_to_run(name: str) -> None:
     assert load_experiment(name).jobs()
-
-
-def test_shipped_experiments_are_no_scenarios() -> None:
-    assert shipped_experiments()
-    assert not any("experiment" in name for name in shipped_scenarios())
 
 
 @pytest.fixture

@@ -23,14 +23,11 @@ from rmfs_commands.details.metrics import Metrics
 from rmfs_commands.experiments import Experiment, Job, Row, RuleSetChoice, Watcher, run_experiment
 from rmfs_commands.experiments.experiment import HORIZON_METRICS
 from rmfs_commands.experiments.local import LocalWorkers
-from rmfs_commands.experiments.outcome import simulate
 from rmfs_commands.experiments.progress import ExperimentLines, ExperimentPanel
 from rmfs_commands.experiments.running import open_workers
 from rmfs_commands.experiments.store import RunStore
-from rmfs_commands.experiments.workers import WorkerDiedError
 from rmfs_core.errors import InputError, RunError
 from rmfs_core.results.catalogue import Metric
-from rmfs_core.scenario import RuleChoice
 from tiny import TWO_RULES
 
 Write = Callable[..., Experiment]
@@ -40,16 +37,12 @@ Rows = list[dict[str, Any]]
 class Recorder(Watcher):
     def __init__(self) -> None:
         self.told: list[str] = []
-        self.ran: list[str] = []
 
     def started(self, total: int, stored: int, slots: int) -> None:
         self.told.append(f"started {total} {stored} {slots}")
 
     def run_repeated(self, job: Job, problem: str) -> None:
         self.told.append(f"repeated {job.rule_set} {job.seed}: {problem}")
-
-    def run_finished(self, job: Job, row: dict[str, Any]) -> None:
-        self.ran.append(job.key)
 
     def ended(self) -> None:
         self.told.append("ended")
@@ -197,27 +190,19 @@ def test_a_rule_from_a_path_whose_code_changed_is_computed_anew(experiment, tmp_
     assert before.rows[1]["key"] not in [row["key"] for row in after.rows]
 
 
-FAILING = """
-base = "tiny.toml"
-seeds = [1, 2]
-baseline = "good"
-[[rule_sets]]
-name = "good"
-[[rule_sets]]
-name = "bad"
-rules.pr = { rule = "./bad.py:%s" }
-"""
-
-
 def deadly(folder: Path, deaths: int) -> str:
+    """Return an experiment with a rule set that kills its process so many times."""
     choice = f'{{ rule = "./bad.py:Deadly", counter = "{folder / "count"}", deaths = {deaths} }}'
-    return (FAILING % "x").replace('{ rule = "./bad.py:x" }', choice)
+    return (
+        'base = "tiny.toml"\nseeds = [1]\nbaseline = "good"\n[[rule_sets]]\nname = "good"\n'
+        f'[[rule_sets]]\nname = "bad"\nrules.pr = {choice}\n'
+    )
 
 
 @pytest.mark.slow
 def test_a_run_whose_worker_dies_is_repeated_once(experiment: Write, folder: Path, tmp_path: Path) -> None:
     recorder = Recorder()
-    one = evolve(experiment(deadly(folder, 1)), seeds=(1,))
+    one = experiment(deadly(folder, 1))
     result = run_experiment(one, store=tmp_path / "runs", jobs=2, watcher=recorder)
     assert [row["status"] for row in result.rows] == ["complete", "complete"]
     assert recorder.told[1:] == ["repeated bad 1: its worker process died with SIGKILL(-9)", "ended"]
@@ -226,7 +211,7 @@ def test_a_run_whose_worker_dies_is_repeated_once(experiment: Write, folder: Pat
 @pytest.mark.slow
 def test_a_run_that_always_kills_its_worker_is_given_up(experiment: Write, folder: Path, tmp_path: Path) -> None:
     """Two deaths make a failed row; no other run is lost. The next time it is tried again: it dies once more."""
-    one = evolve(experiment(deadly(folder, 3)), seeds=(1,))
+    one = experiment(deadly(folder, 3))
     recorder = Recorder()
     result = run_experiment(one, store=tmp_path / "runs", jobs=2, watcher=recorder)
     assert [row["status"] for row in result.rows] == ["complete", "failed"]
@@ -260,9 +245,7 @@ def test_rule_sets_are_measured_over_the_same_time(experiment: Write) -> None:
     one = experiment()
     first, second = one.rule_sets
     limited = evolve(one, rule_sets=(first, evolve(second, changes={**second.changes, "run.until_s": 30.0})))
-    with pytest.raises(
-        InputError, match=r'"first-come" on .*`run.until_s` is 30.0, of the first rule set None; expect'
-    ):
+    with pytest.raises(InputError, match=r'"first-come" on .*`run.until_s` is 30.0, of the first rule set None; ex'):
         limited.jobs()
 
 
@@ -320,27 +303,6 @@ def test_orders_from_a_file_are_the_same_for_every_seed(experiment: Write, tmp_p
     (day,) = {row["instance"] for row in result.rows if "from-csv" in row["instance"]}
     assert result.fixed == {day}
     assert result.comparison().fixed == (day, "overall")
-
-
-def with_deadly_rule(job: Job, folder: Path) -> Job:
-    choice = RuleChoice("./bad.py:Deadly", {"counter": str(folder / "count")})
-    scenario = evolve(job.scenario, rules=evolve(job.scenario.rules, pr=choice))
-    return evolve(job, scenario=scenario, versions=job.versions)
-
-
-def test_runs_and_deaths(experiment: Callable[..., Experiment], folder: Path) -> None:
-    job = experiment().jobs()[0]
-    workers = LocalWorkers(1)
-    try:
-        outcome, expected = workers.run(job), simulate(job)
-        assert outcome.result.metrics == expected.result.metrics
-        with pytest.raises(WorkerDiedError, match=r"^its worker process died with SIGKILL\(-9\)$") as caught:
-            workers.run(with_deadly_rule(job, folder))
-        assert not caught.value.repeated
-        assert workers.run(job).result.metrics == expected.result.metrics
-    finally:
-        workers.close()
-    assert workers.closed
 
 
 def test_a_killed_helper_of_joblib_is_told_in_a_sentence(experiment, capfd) -> None:
@@ -491,12 +453,7 @@ def test_a_worker_of_several_threads_writes_the_same_bytes(cluster: Cluster, exp
 def test_a_run_that_kills_every_worker_is_given_up(cluster, experiment, folder, tmp_path) -> None:
     for _ in range(2):
         cluster.start_worker()
-    choice = f'{{ rule = "./bad.py:Deadly", counter = "{folder / "count"}", deaths = 99 }}'
-    one = experiment(
-        'base = "tiny.toml"\nseeds = [1]\nbaseline = "good"\n[[rule_sets]]\nname = "good"\n'
-        f'[[rule_sets]]\nname = "bad"\nrules.pr = {choice}\n'
-    )
-    result = run_experiment(one, store=tmp_path / "runs", dask=cluster.address)
+    result = run_experiment(experiment(deadly(folder, 99)), store=tmp_path / "runs", dask=cluster.address)
     assert [row["status"] for row in result.rows] == ["complete", "failed"]
     assert "Dask workers died of it" in result.rows[1]["error"]
 

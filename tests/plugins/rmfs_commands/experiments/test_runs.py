@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +38,8 @@ def scenario(folder: Path) -> Scenario:
     (folder / "map.txt").write_text(MAP, encoding="utf-8")
     (folder / "files.toml").write_text(
         '[instance]\norders_file = "orders.csv"\npods_file = "pods.csv"\n[layout]\nmap_file = "map.txt"\n'
-        '[stations]\nqueue_length = 3\n[rules]\npoa = "pod-match"\npps = "demand"\npr = "./bad.py:Raising"\n'
+        '[stations]\nqueue_length = 3\n[rules]\npoa = "pod-match"\npps = "demand"\n'
+        'pr = { rule = "./bad.py:Reading", weights = "map.txt" }\n'
         'ta = { rule = "balanced", reallocation_s = 5.0, help_others = true }\n',
         encoding="utf-8",
     )
@@ -85,23 +86,12 @@ def test_the_contents_of_files_count(scenario: Scenario, name: str) -> None:
     assert key_of(scenario) != before
 
 
-def test_the_files_of_parameters_count(folder: Path) -> None:
-    reading = RuleChoice("./bad.py:Reading", {"weights": "w.txt"})
-    keys = []
-    for number in ("1", "2", "1"):
-        (folder / "w.txt").write_text(number, encoding="utf-8")
-        tiny = load_scenario(folder / "tiny.toml")
-        keys.append(key_of(evolve(tiny, rules=evolve(tiny.rules, pr=reading))))
-    elsewhere = folder / "elsewhere"
-    shutil.copytree(folder, elsewhere, ignore=shutil.ignore_patterns("elsewhere"))
-    keys.append(key_of(evolve(load_scenario(elsewhere / "tiny.toml"), rules=evolve(tiny.rules, pr=reading))))
-    assert keys[0] != keys[1]
-    assert keys[0] == keys[2] == keys[3]
-
-
-@cases("section", "instance", "layout")
-@pytest.mark.parametrize("given", ["w.txt", ["w.txt", 1], {"deep": ["w.txt"]}])
-def test_the_files_of_generators_count(folder: Path, section: str, given: Any) -> None:
+@cases(
+    "part given",
+    ("rules", "w.txt"),
+    *((part, given) for part in ("instance", "layout") for given in ("w.txt", ["w.txt", 1], {"deep": ["w.txt"]})),
+)
+def test_the_files_of_parameters_count(folder: Path, part: str, given: Any) -> None:
     """Also in lists and tables, and with their names: a text that is the name of a file may be just a label."""
     tiny, other = load_scenario(folder / "tiny.toml"), folder / "other.txt"
     keys = []
@@ -109,8 +99,11 @@ def test_the_files_of_generators_count(folder: Path, section: str, given: Any) -
     for number, used in (("1", given), ("2", given), ("1", given), ("1", named_otherwise)):
         (folder / "w.txt").write_text(number, encoding="utf-8")
         other.write_text(number, encoding="utf-8")
-        parameters = {"history": used, "name": "none such", "level": 3}
-        keys.append(key_of(evolve(tiny, **{section: evolve(getattr(tiny, section), parameters=parameters)})))
+        if part == "rules":
+            chosen = {"pr": RuleChoice("./bad.py:Reading", {"weights": used})}
+        else:
+            chosen = {"parameters": {"history": used, "name": "none such", "level": 3}}
+        keys.append(key_of(evolve(tiny, **{part: evolve(getattr(tiny, part), **chosen)})))
     assert (keys[0], len({*keys})) == (keys[2], 3)
 
 
@@ -402,7 +395,3 @@ def test_no_error_gets_through(job: Job, monkeypatch: pytest.MonkeyPatch) -> Non
     outcome = simulate(job)
     assert (outcome.result, outcome.error_kind) == (None, "ZeroDivisionError")
     assert outcome.error == "ZeroDivisionError: division by zero"
-
-
-def content(metrics: Mapping[str, Any], timing: Mapping[str, Any], **others: Any) -> dict[str, Any]:
-    return {"status": "complete", "metrics": metrics, "timing": timing, **others}

@@ -22,19 +22,9 @@ from rmfs_commands.import_.replenishing import Deliveries, Supply, chosen_rules,
 from rmfs_commands.import_.settings import OrderList, Setting, Sku, Spread, read_order_list, read_setting, read_skus
 from rmfs_commands.import_.stock import drawn_contents, drawn_orders, stock_of, stored_bundles
 from rmfs_commands.import_.warehouses import Storing
-from rmfs_commands.import_.xml_reading import document, elements, root_name
+from rmfs_commands.import_.xml_reading import document, elements
 from rmfs_commands.layouts import parse_map
 from rmfs_core.errors import InputError
-
-ORDERS = """<?xml version="1.0"?>
-<List Type="a">
-  <Orders>
-    <Order Time="1.5"><Lines><Line SKU="7" /></Lines></Order>
-    <Order Time="2" />
-  </Orders>
-  <Name> some &amp; any </Name>
-</List>
-"""
 
 
 def file(folder: Path, text: str | bytes) -> Path:
@@ -43,24 +33,11 @@ def file(folder: Path, text: str | bytes) -> Path:
     return path
 
 
-def test_elements_and_values(tmp_path: Path) -> None:
-    first, second = elements(file(tmp_path, ORDERS), 2)
-    assert (first.name, first.above, first.line, first.number("Time")) == ("Order", ("List", "Orders"), 4, 1.5)
-    assert [line.whole("SKU") for line in first.inside[0].inside] == [7]
-    assert (second.place, second.inside) == (f"{tmp_path}/orders.xitem, line 5", [])
-    root = document(file(tmp_path, ORDERS))
-    assert (root.value("Type"), root.value("Name"), root.value("Other")) == ("a", "some & any", None)
-    assert (root.number("Other", 3.5), root.whole("Other", 4), root.truth("Other", True)) == (3.5, 4, True)
-    with pytest.raises(InputError, match=r"orders.xitem, line 2: expected a whole number .* of List, found nothing"):
-        root.whole("Other")
-
-
 @cases(
     "value problem",
     ("x", "expected a number from 0 to 10 as `N` of A, found 'x'"),
     ("11", "found '11'"),
     ("NaN", "found 'NaN'"),
-    ("1e999", "found '1e999'"),
     ("", "found nothing"),
 )
 def test_wrong_numbers_are_told_with_their_line(tmp_path: Path, value: str, problem: str) -> None:
@@ -111,20 +88,14 @@ def test_there_are_limits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
         document(file(tmp_path, "<a>" + " " * 200_000 + "</a>"))
 
 
-def test_a_file_is_there_and_begins_with_its_element(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"none: cannot be read: No such file"):
-        document(tmp_path / "none")
-    with pytest.raises(InputError, match="cannot be read: Is a directory"):
-        document(tmp_path)
-    assert root_name(b'\xef\xbb\xbf<?xml version="1.0"?>\n<Instance Name="x"><Bots>') == "Instance"
-    assert root_name(b"type octile\n") is None
-    assert root_name(b"") is None
+def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    assert refusal(lambda: document(tmp_path / "none")) == f"{tmp_path}/none: cannot be read: No such file or directory"
 
 
 OCTILE = "type octile\nheight 1\nwidth 2\nmap\n..\n"
 TEXTS = {
     "a.xinst": keys("Instance", {}),
-    "a.xsett": keys("SettingConfiguration", {}),
+    "a.xsett": "\ufeff" + keys("SettingConfiguration", {}),
     "a.map": OCTILE,
     "b.map": OCTILE.replace("..\n", ".E\n"),
     "k.map": "1,2\n0\n0\n0\n..\n",
@@ -250,35 +221,16 @@ def test_the_report_is_json_too(instances: Path, capsys: pytest.CaptureFixture[s
     assert told == json.loads((instances / "made" / "import.json").read_text(encoding="utf-8"))
     assert (told["format"], told["read"]["trips"]) == ("RHCR", 2)
     assert told["without_counterpart"][0] == {"what": "endpoints (e)", "number": 2, "instead": "storage locations"}
-    main(["import", "kiva.map", "--out", "again", "--json"])
-    for file in (instances / "made").iterdir():
-        assert file.read_bytes() == (instances / "again" / file.name).read_bytes()
-
-
-def test_wrong_files_are_one_sentence(instances: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (said,) = refused(capsys, main, ["import", "m.scen", "--out", "made"]).splitlines()
-    assert said.startswith("Error: m.scen: found files of different formats, or one missing; expected those of one")
-    assert not (instances / "made").exists()
-
-
-def test_files_are_replaced_when_asked(instances: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    main(["import", "kiva.map", "--out", "made"])
-    told = refused(capsys, main, ["import", "kiva.map", "--out", "made"])
-    assert "found a file of that name; --force replaces it" in told
-    main(["import", "kiva.map", "--out", "made", "--force", "--seed", "2"])
-    assert (instances / "made" / "trips.scen").exists()
+    written = {file.name: file.read_bytes() for file in (instances / "made").iterdir()}
+    assert "found a file of that name; --force replaces it" in refused(
+        capsys, main, ["import", "kiva.map", "--out", "made"]
+    )
+    main(["import", "kiva.map", "--out", "made", "--force"])
+    assert {file.name: file.read_bytes() for file in (instances / "made").iterdir()} == written
 
 
 SETTING = Setting(1, 3600, 0, "Fill", 5, 60, 0, Spread(1, 1, 1, 4), Spread(1, 0.3, 1, 3), 0.5, 0.1, 5, 6, None)
 SKUS = [Sku("s0", 1, 2.0, 5), Sku("s1", 4, 1.0, 10), Sku("s2", 0, 1.0, 5)]
-
-
-def test_pods_are_filled_to_their_share() -> None:
-    contents = drawn_contents(SETTING, SKUS, [100.0] * 20, "x")
-    assert contents == drawn_contents(SETTING, SKUS, [100.0] * 20, "x")
-    loads = [sum((n or 0) * {"s0": 2, "s1": 1}[sku] for sku, n in pod.items()) for pod in contents]
-    assert set(loads) == {50}
-    assert contents != drawn_contents(evolve(SETTING, seed=2), SKUS, [100.0] * 20, "x")
 
 
 def test_pods_that_hold_nothing_stay_empty(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -387,10 +339,8 @@ def test_bundles_and_pods_that_fit() -> None:
     heavy = [*SKUS, Sku("s3", 1, 30.0, 40)]
     assert storable(heavy, [10.0, 10.0, 5000.0], "few.xgenc", notes) == SKUS
     assert notes.taken == [Note("SKUs of which a bundle is heavier than what a pod holds", 1, "left out")]
-    with pytest.raises(
-        InputError, match=r"^few.xgenc: found no SKU that is ordered and whose bundle a pod of capacity 9 can"
-    ):
-        storable(heavy, [9.0], "few.xgenc", notes)
+    told = "few.xgenc: found no SKU that is ordered and whose bundle a pod of capacity 9 can"
+    assert refusal(lambda: storable(heavy, [9.0], "few.xgenc", notes)).startswith(told)
     supply = Supply({"s0": 1 / 3}, 3, bundles=[(0.0, "s0", 3)])
     assert supply.instance_keys([1.0], [{}], Notes())["pod_capacity"] == 3 * 334
 
@@ -406,22 +356,6 @@ def test_deliveries_come_at_their_rate_until_pods_are_full() -> None:
     full.ordered({"s0": 3})
     assert list(full.arrived(7200.0)) == [("s0", 5)]
     assert full.supply().bundles == tuple(full.bundles)
-
-
-@cases(
-    "weights sizes capacity",
-    ({"a": 2.0, "b": 5.0}, ["2", "5"], 50),
-    ({"a": 0.25, "b": 1.0}, ["25", "100"], 5000),
-    ({"a": 1 / 3, "b": 0.0}, ["334", "1"], 50_000),
-)
-def test_sizes_are_whole_numbers(weights: dict[str, float], sizes: list[str], capacity: int) -> None:
-    supply = Supply(weights, 4, bundles=[(0.5, "a", 4)])
-    files = supply.files()
-    assert [row.split(",")[1] for row in files["skus.csv"].splitlines()[1:]] == sizes
-    assert files["bundles.csv"] == "bundle,arrival_s,sku,items\nb1,0.5,a,4\n"
-    found = supply.instance_keys([50.0], [{}], Notes())
-    assert found["pod_capacity"] == capacity
-    assert found["replenishment"] == {"process": "file", "file": "bundles.csv"}
 
 
 def test_stations_and_pods_are_as_most_of_them() -> None:

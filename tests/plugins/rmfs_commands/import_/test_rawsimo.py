@@ -465,16 +465,6 @@ def test_lanes_and_ways_that_are_left_out() -> None:
     ]
 
 
-def test_a_dead_end_that_is_entered_stays_one() -> None:
-    """A sign of one way would close the way in: an arm towards a wall keeps it open."""
-    layout = parse_map("─....\n.###.\n.....\n.#→→O\n.....\n", "hall")
-    points, stations = graph(layout)
-    points[0] = evolve(points[0], ways=(1,))
-    points[5] = evolve(points[5], ways=tuple(way for way in points[5].ways if way != 0))
-    found, notes = drawn(points, stations)
-    assert (found.layout.may_step(1, 2), found.layout.may_step(0, 0), notes) == (True, True, [])
-
-
 @cases(
     "number change message",
     (3, {"x": 3.6}, "x.xinst, line 3: found waypoint 3 at x 3.6, y 0.5, the first one at x 0.5, y 0.5; expected"),

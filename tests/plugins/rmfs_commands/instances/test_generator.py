@@ -28,16 +28,6 @@ def wanted(instance: Instance) -> list[tuple[str, ...]]:
     return [tuple(instance.skus[sku] for sku, _ in order.lines) for order in instance.orders]
 
 
-def test_sizes_are_those_of_the_scenario() -> None:
-    instance = generate_instance(PAPER, seed=1)
-    assert (len(instance.orders), len(instance.skus), len(instance.pods)) == (250, 100, 100)
-    assert instance.skus == tuple(str(i) for i in range(1, 101))
-    assert [order.name for order in instance.orders] == [str(i) for i in range(1, 251)]
-    assert {len(pod.contents) for pod in instance.pods} <= {2, 3}
-    assert instance.unlimited_stock
-    assert {order.arrival_tick for order in instance.orders} == {0}
-
-
 @settings(deadline=None)
 @given(
     seed=st.integers(0, 10**6),

@@ -1,6 +1,5 @@
 """Fixtures for tests of the decision service."""
 
-import json
 import re
 import subprocess
 import sys
@@ -10,10 +9,7 @@ from typing import Any
 
 import pytest
 
-from rmfs_commands.serve.service import Service
-
 Serve = Callable[..., tuple["subprocess.Popen[str]", int]]
-Answer = Callable[..., tuple[int, dict[str, Any]]]
 
 TROUBLE = """
 import os, sys, time
@@ -48,18 +44,6 @@ def state() -> dict[str, Any]:
         "stations": {"north": {"item_capacity": 4, "inbound": ["P1"]}},
         "orders": {"A": {"lines": {"milk": 1, "tea": 1}}, "B": {"lines": {"jam": 2}, "due_s": 900}},
     }
-
-
-@pytest.fixture
-def answered() -> Answer:
-    """Return a function that asks a service: status, and what the answer says."""
-
-    def ask(service: Service, request: Any) -> tuple[int, dict[str, Any]]:
-        reply = service.answer(request if isinstance(request, bytes) else json.dumps(request).encode())
-        assert reply.content.endswith(b"\n") and reply.content.count(b"\n") == 1
-        return reply.status, json.loads(reply.content)
-
-    return ask
 
 
 @pytest.fixture

@@ -37,7 +37,6 @@ from rmfs_commands.serve.openapi import openapi
 from rmfs_commands.serve.process import BusyError, EndedError, LateError, RuleProcess
 from rmfs_commands.serve.server import is_loopback, listen, url_of
 from rmfs_commands.serve.service import SMALL, Service
-from rmfs_commands.serve.worker import FAILED, HEAD, READY, WARMING, message
 from rmfs_core.errors import InputError
 
 SPAWNING = """
@@ -150,7 +149,7 @@ def with_process(rule: str, limit_s: float, do: Callable[[RuleProcess], Awaitabl
     asyncio.run(run())
 
 
-def test_late_busy_ended(trouble: str, state: dict[str, Any]) -> None:
+def test_late_busy_ended(trouble: str, state: dict[str, Any], capfd: pytest.CaptureFixture[str]) -> None:
     def named(name: str) -> bytes:
         return json.dumps(state | {"orders": {name: {"lines": {"jam": 1}}}}).encode()
 
@@ -167,11 +166,12 @@ def test_late_busy_ended(trouble: str, state: dict[str, Any]) -> None:
         assert process.pid not in (None, first)
         with pytest.raises(EndedError, match="ended with code 7"):
             await process.ask(named("exit"))
-        replies = await asyncio.gather(*(process.ask(named(name)) for name in "ABCD"))
+        replies = await asyncio.gather(*(process.ask(named(name)) for name in ("A", "print", "C", "D")))
         assert [reply.status for reply in replies] == [200] * 4
         assert process.restarts == 2
 
     with_process(trouble, 0.7, do)
+    assert sorted(capfd.readouterr().err.splitlines()) == ["from below", "hello"]
 
 
 def test_a_process_that_was_ended_by_somebody(state: dict[str, Any]) -> None:
@@ -192,39 +192,6 @@ def test_large_requests(state: dict[str, Any]) -> None:
         assert reply == await process.ask(content)
 
     with_process("first-come", 30, do)
-
-
-def test_a_rule_that_is_not_there() -> None:
-    with pytest.raises(InputError, match=r'^--rule firstcome: there is no rule "firstcome" \(did you mean'):
-        asyncio.run(RuleProcess(["firstcome"]).start())
-    ((status, told),), _ = talk("firstcome")
-    assert (status, told[0]) == (FAILED, "--rule firstcome")
-
-
-def talk(rule: str, *requests: bytes) -> tuple[list[tuple[int, Any]], str]:
-    """Return the messages of a process with a rule, and what it writes to standard error."""
-    told = {"rules": [rule], "settings": [], "decides": None, "allow_inline": True}
-    command = (sys.executable, "-m", "rmfs_commands.serve.worker", json.dumps(told))
-    given = b"".join(message(0, request) for request in requests)
-    done = subprocess.run(command, input=given, capture_output=True, check=True)
-    found, rest = [], done.stdout
-    while rest:
-        status, length = HEAD.unpack(rest[: HEAD.size])
-        content = rest[HEAD.size : HEAD.size + length]
-        found.append((status, json.loads(content) if content else None))
-        rest = rest[HEAD.size + length :]
-    return found, done.stderr.decode()
-
-
-def test_requests_and_answers(trouble: str, state: dict[str, Any]) -> None:
-    prints = state | {"orders": {"print": {"lines": {"jam": 1}}}}
-    found, printed = talk(trouble, b"{", json.dumps(prints).encode())
-    begun = [status for status, _ in found].index(READY)
-    assert {status for status, _ in found[:begun]} == {WARMING}  # nothing of it is compiled
-    found = found[begun:]
-    assert [status for status, _ in found] == [READY, 400, 200]
-    assert found[0][1] == [trouble]
-    assert sorted(printed.splitlines()) == ["from below", "hello"]
 
 
 def asked(text: bytes, most_bytes: int = 1_000_000) -> list[dict[str, Any]]:
@@ -349,6 +316,7 @@ def test_any_bytes_are_survived(shared: int, content: bytes, start: bytes) -> No
     (("--rule", "./a.py:A", "--no-inline-rules"), "--no-inline-rules refuses"),
     (("--rule", "./a.py:A", "--no-inline-rules", "--stdio"), "--no-inline-rules refuses"),
     (("--rule", "first-come", "--host", "nowhere.invalid"), "Error: --host nowhere.invalid --port 8750: cannot listen"),
+    (("--rule", "first-come", "--host", "a..b"), "Error: --host a..b --port 8750: cannot listen there: "),
     ((), "Missing option '--rule' or '--hall'"),
     (("--stdio",), "Missing option '--rule' or '--hall'"),
 )
@@ -377,12 +345,6 @@ def test_ipv6(address: str, loopback: bool) -> None:
     found = cast(socket.socket, SimpleNamespace(getsockname=lambda: (address, 80, 0, 0)))
     assert url_of(found) == f"http://[{address}]:80"
     assert is_loopback(found) == loopback
-
-
-@pytest.mark.parametrize("host", ["nowhere.invalid", "a..b", "x" * 70 + ".de"])
-def test_an_address_that_is_none(host: str) -> None:
-    with pytest.raises(InputError, match=rf"^--host {host} --port 0: cannot listen there: "):
-        listen(host, 0)
 
 
 def test_ports_and_hosts_that_are_taken() -> None:

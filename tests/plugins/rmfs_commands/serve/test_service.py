@@ -1,4 +1,4 @@
-"""Requests and answers, without a network: paths, statuses, states that are kept."""
+"""Requests and answers, without a network: paths, statuses, states that are kept, and changes of them."""
 
 import asyncio
 import json
@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import pytest
 from attrs import define, field
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from cases import cases
@@ -17,12 +17,25 @@ from rmfs_commands.serve.process import BusyError, EndedError, LateError, RulePr
 from rmfs_commands.serve.service import SMALL, Reply, Service
 from rmfs_commands.serve.warehouses import MOST_KEPT, StaleError, Warehouses
 from rmfs_commands.states import decide, state_from_dict
+from rmfs_commands.states.patches import patched
 from rmfs_commands.states.state import ASKED
 from rmfs_core.errors import InputError, RmfsError
 from rmfs_core.roles import Role
 from rmfs_core.scenario import RuleChoice
 
 Answer = Callable[..., tuple[int, dict[str, Any]]]
+
+
+@pytest.fixture
+def answered() -> Answer:
+    """Return a function that asks a service: status, and what the answer says."""
+
+    def ask(service: Service, request: Any) -> tuple[int, dict[str, Any]]:
+        reply = service.answer(request if isinstance(request, bytes) else json.dumps(request).encode())
+        assert reply.content.endswith(b"\n") and reply.content.count(b"\n") == 1
+        return reply.status, json.loads(reply.content)
+
+    return ask
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +56,6 @@ def test_a_state_is_a_request(service: Service, state: dict[str, Any], answered:
     (b"\xff", 400, "request", "UTF-8"),
     (b"[" * 100_000, 400, "request", ""),
     ([], 422, "request", "expected a JSON object, found []"),
-    (None, 422, "request", "expected a JSON object, found"),
     ({}, 422, "state, format", "no key `format`"),
     ({"format": "x" * 100_000}, 422, "state, format", "state, format: expected 'rmfs-state', found 'xxx"),
     ({"state": {}, "stat": 1}, 422, "request, stat", "did you mean `state`"),
@@ -147,6 +159,92 @@ def test_warming_up_asks_a_rule(trouble, capfd, monkeypatch) -> None:
         pass
 
 
+RULES = ("pod-match", "workload", "first-come", "split-over-time", "integrated", "all")
+SKUS, WANTED = ("a", "b", "c", "d"), {"lines": {"a": 1}}
+HALL: dict[str, Any] = {
+    "format": "rmfs-state",
+    "version": 2,
+    "pods": {str(n): {"contents": {SKUS[n - 1]: 9, "a": 3}} for n in (1, 2, 3, 4)},
+    "stations": {"1": {"item_capacity": 3, "inbound": ["1"]}, "2": {"order_capacity": 1}},
+    "orders": {"1": {"lines": {"a": 2, "d": 1}}, "2": {"lines": {"b": 1, "c": 1}}, "3": WANTED},
+}
+one_sku, few = st.sampled_from(SKUS), st.integers(0, 3)
+names = st.sampled_from("4567")
+
+
+def some(**keys: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
+    return st.fixed_dictionaries({}, optional=keys)
+
+
+def of(**keys: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
+    return st.fixed_dictionaries(keys)
+
+
+parts = st.sampled_from(([], [{"station": "2", "skus": ["a"]}], [{"station": "1", "skus": ["a"], "period": 3}]))
+wanted = of(lines=st.dictionaries(one_sku, st.integers(1, 3), max_size=2).map(lambda more: {"a": 1, **more}))
+orders = st.tuples(
+    wanted,
+    some(arrival_s=st.integers(0, 9), due_s=st.just(50), priority=few, waits_for_stock=st.booleans(), parts=parts),
+).map(lambda both: both[0] | both[1])
+held = st.dictionaries(one_sku, few, max_size=2)
+of_order_3 = st.sampled_from(([], [{"order": "3", "sku": "a"}], [{"order": "1", "sku": "d"}]))
+inbound = st.sampled_from(([], ["1"], ["2", "1"]))
+changes = some(
+    orders=st.dictionaries(names, st.none() | orders, min_size=1, max_size=3),
+    pods=st.dictionaries(names, of(contents=held), max_size=2),
+    stations=some(**{"1": some(requests=of_order_3, inbound=inbound, item_capacity=st.sampled_from((3, 30)))}),
+    time_s=st.integers(9, 20),
+    backlog=st.none() | st.sampled_from((["2"], ["2", "4"])),
+    skus=st.none() | st.just(["d", *SKUS[:3]]),
+    sizes=st.none() | st.just({"a": 2}),
+)
+nulls = st.sampled_from(("motion", "reserved", "empty_pods", "seed", "ask", "chargers_down"))
+
+
+@pytest.fixture(scope="module")
+def ruled() -> Service:
+    return Service.of(RULES)
+
+
+def answer(asked: Service, **request: Any) -> tuple[int, bytes]:
+    """Return status and content of an answer, without the state's revision."""
+    reply = asked.answer(json.dumps(request).encode())
+    told = json.loads(reply.content)
+    content = reply.content
+    for key in ("warehouse", "revision"):
+        content = content.replace(f',"{key}":"{told.get(key)}"'.encode(), b"")
+    return reply.status, content
+
+
+FULL = {"orders": dict.fromkeys("456", WANTED)}
+ANOTHER, ALL = {"orders": {"4": None, "7": WANTED}}, {"stations": {"1": {"item_capacity": 30}}}
+WAITS: dict[str, Any] = {"orders": {"4": WANTED | {"waits_for_stock": True}}}
+
+
+@example(
+    steps=[(FULL, "first-come"), (ANOTHER, "first-come"), (ALL, "first-come")], null="seed"
+)  # orders have other ids then
+@example(steps=[(WAITS, "first-come"), ({"backlog": ["2", "4"]}, "first-come")], null="motion")
+@settings(max_examples=25)
+@given(steps=st.lists(st.tuples(changes, st.sampled_from(RULES)), min_size=4, max_size=12), null=nulls)
+def test_a_change_is_answered_as_the_whole_state(
+    ruled: Service, steps: list[tuple[dict[str, Any], str]], null: str
+) -> None:
+    state = HALL
+    reply = ruled.answer(json.dumps({"warehouse": "w", "state": state, "rule": "pod-match"}).encode())
+    base = json.loads(reply.content)["revision"]
+    for change, rule in steps:
+        content = json.dumps({"warehouse": "w", "base": base, "change": change, "rule": rule}).encode()
+        whole = patched(state, change)
+        expected = answer(ruled, state=whole, rule=rule)
+        assert answer(ruled, warehouse="w", base=base, change=change, rule=rule) == expected
+        refused = answer(ruled, state=whole | {null: None}, rule=rule)
+        assert refused == answer(ruled, warehouse="w", state=whole | {null: None}, rule=rule)
+        assert refused[0] == 422
+        if expected[0] == 200:
+            base, state = json.loads(ruled.answer(content).content)["revision"], whole
+
+
 STATE: dict[str, Any] = {"pods": {"P": {"contents": {"tea": 2, "milk": None}}}, "orders": {"A": {}}}
 
 
@@ -157,14 +255,7 @@ def kept() -> Warehouses:
     return kept
 
 
-def test_changes_of_the_last_state(kept: Warehouses) -> None:
-    change = {"orders": {"A": None, "B": {}}, "pods": {"P": {"contents": {"tea": 1}}}}
-    after = kept.changed("w", "r1", change, "r2")
-    assert after == {"pods": {"P": {"contents": {"tea": 1, "milk": None}}}, "orders": {"B": {}}}
-    assert kept.changed("w", "r1", {}, "r2") == STATE
-    kept.keep("w", "r2", after)
-    with pytest.raises(StaleError, match=r'^request, base: found "r1"; the last state is "r2"; expected'):
-        kept.changed("w", "r1", {}, "r3")
+def test_the_state_that_was_asked_for_least_lately_is_forgotten(kept: Warehouses) -> None:
     for i in range(MOST_KEPT - 1):
         kept.keep(str(i), "r1", STATE)
     kept.keep("w", "r2", STATE)

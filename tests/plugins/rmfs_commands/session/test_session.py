@@ -17,8 +17,7 @@ from cases import cases
 from driven import Log, Told
 from hall_trial import BACK, RULES, OwnHall, scenario_of, trouble
 from rmfs_commands.cli.main import main
-from rmfs_commands.instances.tables import ORDER_COLUMNS, VISIT_COLUMNS, Tables
-from rmfs_commands.results.files import to_csv, to_json
+from rmfs_commands.results.files import to_json
 from rmfs_commands.session import Hall, StaleBatchError
 from rmfs_commands.session.day import run_day
 from rmfs_commands.session.facts import FACTS
@@ -26,7 +25,6 @@ from rmfs_commands.states import decide, read_recording
 from rmfs_commands.validation import check_trace
 from rmfs_core.errors import InputError, RmfsError
 from rmfs_core.hookspecs import hookimpl
-from rmfs_core.info import RunInfo
 from rmfs_core.scenario import RuleChoice, load_scenario
 
 EXAMPLES = Path(__file__).parents[4] / "scenarios" / "examples"
@@ -37,23 +35,6 @@ def small() -> Told:
     run = Told(EXAMPLES / "small.toml", ("instance.orders=8",))
     run.run()
     return run
-
-
-class Rows(Tables):  # type: ignore[misc]
-    """Rows of orders.csv and visits.csv of a session, which knows no order before it arrives."""
-
-    def __init__(self, run: Told) -> None:
-        super().__init__()
-        self._given = run.info.instance
-
-    @hookimpl
-    def run_started(self, run: RunInfo) -> None:
-        super().run_started(evolve(run, instance=self._given))
-
-
-def tables_of(rows: Rows) -> dict[str, str]:
-    given = {"orders.csv": (ORDER_COLUMNS, rows.orders), "visits.csv": (VISIT_COLUMNS, rows.visits)}
-    return {name: to_csv([*(found[0] if found else columns)], found) for name, (columns, found) in given.items()}
 
 
 def sent(hall: Hall, run: Told) -> list[dict[str, Any]]:
@@ -71,13 +52,12 @@ def sent(hall: Hall, run: Told) -> list[dict[str, Any]]:
 def test_a_session_decides_what_the_run_decides(name: str, overrides: tuple[str, ...]) -> None:
     run = Told(EXAMPLES / name, overrides)
     run.run()
-    log, rows = Log(), Rows(run)
-    hall = Hall(run.scenario, observers=lambda: (log, rows))
+    log = Log()
+    hall = Hall(run.scenario, observers=lambda: (log,))
     answers = sent(hall, run)
     assert [answer["dropped"] for answer in answers if answer["dropped"]] == []
     assert log.rows == run.log.rows
     assert len(log.rows) > 100
-    assert tables_of(rows) == tables_of(run.tables)
     numbers = [command["command"] for answer in answers for command in answer["commands"]]
     assert numbers == list(range(1, len(numbers) + 1))
 
@@ -96,19 +76,17 @@ def journal(tmp_path: Path) -> Path:
     ("packing.toml", ()),
     ("charging.toml", ("instance.orders=400",)),  # all 1,200 take four times as long
 )
-def test_a_session_has_the_tables_of_the_run_byte_for_byte(
+def test_the_day_of_a_journal_has_the_tables_of_the_run_byte_for_byte(
     name: str, overrides: tuple[str, ...], tmp_path: Path, journal: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """And so has the run that its journal is made into, while it is still open."""
+    """Also while the session is still open."""
     monkeypatch.setattr("os.fsync", lambda _: None)
     settings = [text for override in overrides for text in ("--set", override)]
     main(["run", str(EXAMPLES / name), "--out", str(tmp_path), "--quiet", *settings])
     run = Told(EXAMPLES / name, overrides)
     run.run()
-    rows = Rows(run)
-    hall = Hall(run.scenario, journal, observers=lambda: (rows,))
+    hall = Hall(run.scenario, journal)
     sent(hall, run)
-    assert tables_of(rows) == {name: (tmp_path / name).read_text() for name in ("orders.csv", "visits.csv")}
     day = ["--out", str(tmp_path / "day"), "--quiet", "--trace", "--record-decisions"]
     main(["run", str(EXAMPLES / name), *settings, "--journal", str(journal), *day])
     hall.close()
@@ -178,13 +156,13 @@ def test_nothing_is_lost_in_twenty_kills(journal: Path) -> None:
         os.kill(child, signal.SIGKILL)
         os.waitpid(child, 0)
         os.close(ours)
-    rows = Rows(run)
-    hall = Hall(run.scenario, journal, observers=lambda: (rows,))
+    log = Log()
+    hall = Hall(run.scenario, journal, observers=lambda: (log,))
     assert len(batches) * 4 // 5 < hall.seq < len(batches)
     for batch in batches[hall.seq :]:
         hall.take(batch)
     hall.close()
-    assert tables_of(rows) == tables_of(run.tables)
+    assert log.rows == run.log.rows
 
 
 def test_a_session_starts_again_where_it_was(small: Told, journal: Path) -> None:

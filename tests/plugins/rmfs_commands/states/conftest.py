@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 
 import rmfs_core
-from rmfs_commands.results.files import to_json
 from rmfs_commands.states import Recording, read_recording
 
 Record = Callable[..., Recording]
@@ -35,8 +34,8 @@ def record(tmp_path_factory: pytest.TempPathFactory) -> Record:
 def damaged(record: Record, tmp_path: Path) -> Callable[..., Path]:
     """Return a function that writes the lines of a recording, changed, to another folder."""
 
-    def write(change: Callable[[list[Any]], list[Any]], *settings: str) -> Path:
-        file = record(*settings).file
+    def write(change: Callable[[list[Any]], list[Any]]) -> Path:
+        file = record().file
         folder = copytree(file.parent, tmp_path / "run", dirs_exist_ok=True)
         lines = [json.loads(line) for line in gzip.decompress(file.read_bytes()).decode().splitlines()]
         text = "".join(f"{json.dumps(line)}\n" for line in change(lines))
@@ -59,11 +58,12 @@ def by_hand() -> dict[str, Any]:
 
 
 @pytest.fixture
-def at_work(by_hand: dict[str, Any], folder_map: list[str]) -> dict[str, Any]:
+def at_work(by_hand: dict[str, Any]) -> dict[str, Any]:
     """Return a state with a layout in which half of order A is picked, and pod P1 stands at the station."""
+    rows = ["........", ".##.##..", ".##.##..", "........", ".##.##.qqqO", ".##.##.@@@.", "..........."]
     return by_hand | {
         "time_s": 60.5,
-        "layout": {"map": folder_map},
+        "layout": {"map": rows},
         "pods": {"P1": {"contents": {"milk": 3, "tea": 1}, "home": 12}, "P2": {"contents": {"jam": 5}, "cell": 13}},
         "stations": {
             "north": {
@@ -80,18 +80,3 @@ def at_work(by_hand: dict[str, Any], folder_map: list[str]) -> dict[str, Any]:
         },
         "robots": {"r1": {"cell": 54, "task": "P1"}, "r2": {"cell": 0}},
     }
-
-
-@pytest.fixture
-def folder_map() -> list[str]:
-    return ["........", ".##.##..", ".##.##..", "........", ".##.##.qqqO", ".##.##.@@@.", "..........."]
-
-
-@pytest.fixture
-def write(tmp_path: Path) -> Callable[[Any], Path]:
-    def write(content: Any) -> Path:
-        file = tmp_path / "state.json"
-        file.write_text(to_json(content), encoding="utf-8")
-        return file
-
-    return write

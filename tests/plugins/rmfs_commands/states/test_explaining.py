@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,11 +16,7 @@ from cases import cases
 from installed import RMFS
 from rmfs_commands.cli.main import main
 from rmfs_commands.states import Answer, Outcome, Recorded, read_recording
-from rmfs_commands.states.explain_tables import (
-    print_comparison,
-    print_decision,
-    print_story,
-)
+from rmfs_commands.states.explain_tables import print_comparison, print_decision, print_story
 from rmfs_commands.states.rebuilding import open_state
 from rmfs_commands.states.stories import Episode, order_story, pod_story, reduced
 from rmfs_core.roles import Role
@@ -290,16 +287,6 @@ def test_pods_that_are_bound_for_the_station_already() -> None:
     ]
 
 
-def test_an_order_split_among_stations() -> None:
-    state = content(4)
-    state["orders"]["A"]["lines"]["jam"] = 2
-    assigned = [{"order": "A", "station": station, "skus": [sku]} for station, sku in (("s", "milk"), ("t", "tea"))]
-    assert [episode.what for episode in order_story([made(1, "POA+PPS", state, {"assignments": assigned})], "A")] == [
-        "assigned to station s: SKU milk",
-        "assigned to station t: SKU tea; 1 of its lines stays in the backlog",
-    ]
-
-
 def test_where_a_pod_went() -> None:
     wanted = content(4)
     wanted["orders"]["A"]["parts"] = [{"station": "s", "skus": ["milk"], "period": 1}]
@@ -336,10 +323,11 @@ def test_a_reduced_warehouse_has_the_room_of_the_whole_one(record: Any) -> None:
 
 
 @pytest.fixture
-def decide(write: Any, by_hand: Any, capsys: Any) -> Callable[..., tuple[int, str, str]]:
+def decide(tmp_path: Path, by_hand: Any, capsys: Any) -> Callable[..., tuple[int, str, str]]:
 
     def run(*arguments: str, **changes: Any) -> tuple[int, str, str]:
-        code = exit_code("decide", str(write(by_hand | changes)), *arguments)
+        (tmp_path / "state.json").write_text(json.dumps(by_hand | changes))
+        code = exit_code("decide", str(tmp_path / "state.json"), *arguments)
         out, err = capsys.readouterr()
         return code, out, err
 
@@ -548,3 +536,36 @@ def test_due_times_and_nothing_are_shown(record: Any, tmp_path: Path, capsys: py
     for option in ("period", "decision"):
         code, _, problem = explain(capsys, str(tmp_path / "run"), f"--{option}", "1")
         assert (code, problem) == (2, f"Error: --{option} 1: there is none; the run has no {option}")
+
+
+def test_a_run_explains_what_was_decided_for_bundles(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rmfs_core.run("examples/replenished", overrides=["instance.orders=40"], out=tmp_path, record=["decisions"])
+    chosen = next(recorded for recorded in read_recording(tmp_path) if recorded.decides.label == "RPS")
+    (store,) = chosen.decision["stores"]
+    against = ("--against", "spread-sku", "--against", "random")
+    main(["explain", str(tmp_path), "--decision", str(chosen.number), *against])
+    shown = capsys.readouterr().out
+    assert f"RPS by emptiest-pod, period {chosen.period}" in shown
+    assert "Without" in shown
+    assert f"bundles {store['bundle']} to pod {store['pod']}" in shown
+    told = [episode.what for episode in pod_story(read_recording(tmp_path), store["pod"])]
+    assert any(what.startswith(f"chosen for bundle {store['bundle']}: ") for what in told)
+
+
+PACKING = (
+    *("rules.poa=", "rules.pps=", "rules.poa_pps=pod-index", "instance.start='2024-03-01T06:30:15'"),
+    "packing={stations=2, boxes=2, packers=1, sorters=1, open={2=[['06:00', '05:00']]}}",
+)
+
+
+def test_the_story_of_an_order_goes_on_to_its_packing(record: Any) -> None:
+    recording = record(*PACKING)
+    bound = {
+        one["order"] for made in recording if made.decides is Role.PACKING for one in (made.decision or {})["packing"]
+    }
+    told = {order: " ".join(episode.what for episode in order_story(recording, order)) for order in sorted(bound)[:8]}
+    assert all("bound for packing station " in story for story in told.values())
+    assert any("and no box was free to split it" in story for story in told.values())
+    assert any(
+        re.search(r"(pack order|put tote \d+, into the box of order) \d+ at packing", one) for one in told.values()
+    )

@@ -34,9 +34,6 @@ def test_without_a_layout_places_cannot_be_asked_for(by_hand: dict[str, Any]) ->
             ask()
 
 
-JAM = {"order": "B", "sku": "jam"}
-
-
 GONE = object()
 
 
@@ -149,8 +146,9 @@ def test_every_key_of_the_schema_says_what_it_means() -> None:
     assert undocumented(state_schema(), "state") == []
 
 
-def test_files_of_states(by_hand, write, tmp_path, monkeypatch) -> None:
-    state = read_state(write(by_hand))
+def test_files_of_states(by_hand, tmp_path, monkeypatch) -> None:
+    (tmp_path / "state.json").write_text(to_json(by_hand))
+    state = read_state(tmp_path / "state.json")
     assert state.orders["A"].lines == {"milk": 1, "tea": 1}
     assert (state.layout, state.robots, state.time_s, state.seed) == (None, None, None, 1)
     with pytest.raises(InputError, match="cannot be read"):
@@ -191,7 +189,6 @@ def test_files_of_states(by_hand, write, tmp_path, monkeypatch) -> None:
     ("time_s", 1e308, "time_s", "expected a"),
     ("random", {"state": str(1 << 128), "increment": "1"}, "random", "numbers below 2^128"),
     ("random", {"state": "-1", "increment": "1"}, "random", "decimal digits"),
-    ("random", {"state": "os.system", "increment": "1"}, "random", "decimal digits"),
     ("random", {"state": "1", "increment": "1", "has_uint32": 2}, "random.has_uint32", "expected 0 or 1"),
     ("random", {"state": "1", "increment": "1", "uinteger": 1 << 32}, "random.uinteger", "4,294,967,295"),
 )
