@@ -8,58 +8,14 @@ import numpy as np
 import pytest
 from attrs import evolve
 
-from cases import cases
 from rmfs_commands.testing import small_world
 from rmfs_core import run
 from rmfs_core.roles import Role
 from rmfs_core.scenario import load_scenario
 from rmfs_core.scenario.model import PackingSection, RuleChoice
 from rmfs_core.warehouse import WarehouseView
-from rmfs_rules.helpers.packing import packing_work_s, room_to_split
 from rmfs_rules.mip import SplitOverTime
 from rmfs_rules.pod_index import PodIndex
-
-ORDERS = {str(i): ["a", "b", "c"] for i in range(6)}
-PODS = {"p": ["a"], "q": ["b"], "r": ["c"]}
-
-
-@cases(
-    "capacity boxes room",
-    *((None, (), None), (3, (), 2), (None, (2, 3), 4), (3, (2, 3), 2), (9, (2, 1), 2)),
-    *((None, (50,), None), (1, (50,), 0)),
-)
-def test_room_to_split(capacity: int | None, boxes: tuple[int, ...], room: int | None) -> None:
-    """The less of what a rule and the boxes allow, one order being split; as many boxes as there are slots: any."""
-    world = small_world(ORDERS, PODS, capacities=(5, 4), boxes=boxes)
-    order = world.orders[0]
-    world.assign(order, world.stations[0], [0])
-    if boxes:
-        world.bind_packing(order, world.packing[0])
-    assert room_to_split(WarehouseView(world), capacity) == room
-
-
-def busy_packers(orders: dict[str, list[str]], boxes: tuple[int, ...] = (9,)) -> WarehouseView:
-    """Return a world in which the first order is begun with one line, and bound for the first packing station."""
-    world = small_world(orders, PODS, capacities=(9, 9), boxes=boxes)
-    world.assign(world.orders[0], world.stations[0], [0])
-    world.bind_packing(world.orders[0], world.packing[0])
-    return WarehouseView(world)
-
-
-@pytest.mark.parametrize(
-    ("first", "boxes", "work_s"),
-    [
-        (["a", "b", "c"], (9,), (30 + 5 * 3 + 3 + 4 * 3) / 4),  # split: packed and put
-        (["a"], (9,), (30 + 5) / 4),
-        (["a", "b", "c"], (9, 9), (30 + 5 * 3 + 3 + 4 * 3) / 8),  # packers at another station count
-    ],
-)
-def test_work_of_packers(first: list[str], boxes: tuple[int, ...], work_s: float) -> None:
-    """Four packers at a station; above its limit a rule splits no further order, at its limit it does."""
-    warehouse = busy_packers({"0": first, "1": ["a", "b"]}, boxes)
-    assert packing_work_s(warehouse) == work_s
-    assert room_to_split(warehouse, 5, work_s) == 5 - (len(first) > 1)
-    assert room_to_split(warehouse, 5, work_s - 0.1) == 0
 
 
 @pytest.mark.parametrize(("kind", "rng"), [(PodIndex, ()), (SplitOverTime, (np.random.default_rng(1),))])
@@ -68,8 +24,11 @@ def test_no_order_is_split_while_packers_have_enough_to_do(
     kind: Any, rng: tuple[Any, ...], most_s: float, taken: set[int]
 ) -> None:
     """They have 12.75 s each. The second order lacks a SKU: it can only be begun; the first is, the third is whole."""
-    warehouse = busy_packers({"0": ["a", "b"], "1": ["a", "b", "d"], "2": ["a"]})
-    decision = kind(packing_work_s=most_s).assign_orders_and_pods(warehouse, *rng)
+    orders = {"0": ["a", "b"], "1": ["a", "b", "d"], "2": ["a"]}
+    world = small_world(orders, {"p": ["a"], "q": ["b"], "r": ["c"]}, capacities=(9, 9), boxes=(9,))
+    world.assign(world.orders[0], world.stations[0], [0])
+    world.bind_packing(world.orders[0], world.packing[0])
+    decision = kind(packing_work_s=most_s).assign_orders_and_pods(WarehouseView(world), *rng)
     assert {given.order for given in decision.assignments} == taken
 
 
@@ -80,27 +39,6 @@ def test_busy_packers_keep_no_order_from_being_assigned(rule: str) -> None:
     small = ["instance.orders=30", "rules.pp=free-flow", "stations.item_capacity=4", "packing.boxes=2"]
     result = run("examples/packing", overrides=[rules, *small])
     assert (result.status, result.metrics["orders_packed"]) == ("complete", 30)
-
-
-def test_pod_index_takes_whole_orders_when_no_box_is_free() -> None:
-    """The only box is taken by an order of which no line fits: another goes whole, with the pods that it needs."""
-    world = small_world(ORDERS, PODS, capacities=(4,), boxes=(1,))
-    first = world.orders[0]
-    world.assign(first, world.stations[0], [0])
-    world.bind_packing(first, world.packing[0])
-    rule = PodIndex(most_pods=1)
-    taken = rule.assign_orders_and_pods(WarehouseView(world))
-    assert {given.order for given in taken.assignments} == {0}  # the rest of the order that has the box
-    for given in taken.assignments:
-        world.assign(first, world.stations[0], given.skus or (), 2)
-    world.assign(first, world.stations[0], [line.sku for line in first.open_lines], 3) if first.open_lines else None
-    for pod in world.pods:
-        world.bind(pod, world.stations[0])
-    for request in world.stations[0].open_requests:
-        world.fulfil(request, world.pods[request.sku])
-    taken = rule.assign_orders_and_pods(WarehouseView(world))
-    assert [(given.order, given.skus) for given in taken.assignments] == [(1, None)]
-    assert list(taken.trips) == []
 
 
 @pytest.mark.parametrize("rule", ["pod-index", "split-among-stations", "split-over-time"])

@@ -45,28 +45,6 @@ def run(rule: str, overrides: list[str], folder: Path | None = None) -> Result:
     return result
 
 
-@cases(
-    "wrong",
-    {"formulation": "short"},
-    {"solver": "glpk"},
-    {"threads": 0},
-    {"max_seconds": 0},
-    {"gap": -0.1},
-    {"unused_capacity_weight": 0},
-    {"tie_break": "youngest"},
-    {"formulation": "paper", "tie_break": "oldest"},  # the printed form leaves ties to the solver
-    {"preferred_pods": "far"},
-    {"formulation": "paper", "preferred_pods": "random"},
-    {"packing_capacity": -1},
-    {"effort": -1},
-    {"formulation": "paper", "effort": 5},
-    ids=str,
-)
-def test_wrong_parameters(wrong):
-    with pytest.raises(ValueError, match=list(wrong)[-1]):
-        SplitOverTime(**wrong)
-
-
 def test_a_solver_that_is_not_installed_is_said_before_the_run(monkeypatch):
     """Also by the aggregated form, which often needs no solver."""
     monkeypatch.setattr("mip.gurobi.has_gurobi", False)
