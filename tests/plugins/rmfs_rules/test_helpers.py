@@ -15,12 +15,12 @@ from cases import cases
 from reserving import EVEN, hold_until, stay
 from rmfs_commands.layouts import parse_map
 from rmfs_commands.testing import small_world
-from rmfs_core import OrderAssignment, PodTrip
-from rmfs_core.warehouse import CAPACITY, UNLIMITED, Pod, Station, WarehouseView
+from rmfs_core import JointDecision, OrderAssignment, PodTrip
+from rmfs_core.warehouse import CAPACITY, UNLIMITED, Pod, Station, Warehouse, WarehouseView
 from rmfs_core.world.travel import travel_on
 from rmfs_rules.helpers import assign_best_pairs, send_pods
 from rmfs_rules.helpers.late import SHUT, assign_late
-from rmfs_rules.helpers.oversize import Oversize
+from rmfs_rules.helpers.oversize import Oversize, with_oversize
 from rmfs_rules.helpers.pairs_search import HEAD, Precedence, Scores, Stations, best_pair, values_of
 from rmfs_rules.helpers.parameters import parameter
 from rmfs_rules.helpers.searching import free_for_good, gap_at, search_once
@@ -162,21 +162,73 @@ def test_each_order_that_waited_and_fits_nowhere_keeps_a_station(fitting: set[in
     assert (asked, free.tolist()) == ([0, 1, 2], expected)
 
 
+def world_of(*orders: dict[str, int]) -> Warehouse:
+    """Return a world of orders with so many items of SKUs, and two stations for two and four items."""
+    named = {str(number): lines for number, lines in enumerate(orders)}
+    return small_world(named, {"p": ["a", "b", "c"]}, capacities=(2, 4))
+
+
+FITS, SPREAD, LONG_LINE = {"a": 4}, {"a": 3, "b": 3}, {"a": 5}
+"""Of which the second fits both stations together, and the last one has a line that fits neither."""
+
+
 @cases(
     "large ways",
-    ({"a": 4}, 0),
-    ({"a": 3, "b": 3}, 1),  # more than the larger station takes, no more than both together
+    (FITS, 0),
+    (SPREAD, 1),
     ({"a": 4, "b": 1}, 1),  # its longest line just fits
-    ({"a": 3, "b": 3, "c": 1}, 2),  # over time, its rest waits in the backlog
-    ({"a": 5}, 3),  # no rule splits a line
+    (SPREAD | {"c": 1}, 2),  # over time, its rest waits in the backlog
+    (LONG_LINE, 3),  # no rule splits a line
 )
 def test_what_is_too_large_depends_on_how_orders_are_split(large: dict[str, int], ways: int) -> None:
     """Whole orders go to one station, split ones to all at once, or line by line."""
-    world = WarehouseView(small_world({"0": {"a": 4}, "1": large}, {"p": ["a", "b", "c"]}, capacities=(2, 4)))
+    view = WarehouseView(world_of(FITS, large))
     split: tuple[dict[str, bool], ...] = ({}, {"splits": True}, {"splits": True, "over_time": True})
-    found = [Oversize.of(world, 600, **way) for way in split]
-    assert [one.order.name for one in found if one is not None] == ["1"] * ways
-    assert None not in found[:ways]
+    found = [Oversize.of(view, 600, **way) for way in split]
+    assert [one is not None and one.order.name for one in found] == ["1"] * ways + [False] * (3 - ways)
+
+
+def test_what_is_left_when_all_stations_are_empty_is_any_large_order() -> None:
+    """Its lines may not fit the stations together; with anything at a station it is not known that they never will."""
+    world = world_of(FITS, SPREAD, LONG_LINE)
+    view, large = WarehouseView(world), JointDecision([OrderAssignment(1, 0)])
+    left = Oversize.left(view)
+    assert left is not None
+    assert (left.order.name, left.station.id) == ("1", 0)
+    assert with_oversize(view, None, lambda _: JointDecision(), lambda _: large) == large
+    world.assign(world.orders[0], world.stations[1], [0])
+    assert Oversize.left(view) is None
+
+
+NOTHING, OTHERS, LARGE = (JointDecision([OrderAssignment(i, 0) for i in orders]) for orders in ([], [0], [1]))
+
+
+@cases(
+    "now_s load others alone expected without",
+    (0, False, OTHERS, LARGE, OTHERS, [None]),  # it waits while others can be assigned
+    (0, False, NOTHING, LARGE, LARGE, [None]),
+    (0, True, NOTHING, LARGE, NOTHING, [None]),  # its station is not empty
+    (600, True, OTHERS, LARGE, OTHERS, [0]),  # and is kept for it from now on
+    (600, True, NOTHING, LARGE, NOTHING, [0]),
+    (600, False, OTHERS, LARGE, LARGE, []),
+    (600, False, OTHERS, NOTHING, OTHERS, [None]),  # free items are not enough: all stations are for others
+)
+def test_a_large_order_goes_alone_when_nothing_else_can_or_it_has_waited(
+    now_s: int, load: bool, others: JointDecision, alone: JointDecision, expected: JointDecision, without: list[Any]
+) -> None:
+    """Order 1; the station with the lowest load is 0."""
+    world, asked = world_of({"a": 1}, LONG_LINE, {"a": 1}, {"a": 1}), []
+    for position, station in ((2, 0), (3, 1)) if load else ():
+        world.assign(world.orders[position], world.stations[station], [0])
+    world.now = now_s * 1000
+    view = WarehouseView(world)
+
+    def decide(kept: Station | None) -> JointDecision:
+        asked.append(None if kept is None else kept.id)
+        return others
+
+    assert with_oversize(view, Oversize.of(view, 600, splits=True), decide, lambda large: alone) == expected
+    assert asked == without
 
 
 def test_only_pods_that_serve_an_uncovered_request_are_offered() -> None:
