@@ -14,8 +14,33 @@ from rmfs_core.roles import Role
 from rmfs_core.scenario import load_scenario
 from rmfs_core.scenario.model import PackingSection, RuleChoice
 from rmfs_core.warehouse import WarehouseView
+from rmfs_rules.helpers.packing import packing_work_s, room_to_split
 from rmfs_rules.mip import SplitOverTime
 from rmfs_rules.pod_index import PodIndex
+
+
+def busy_packers(orders: dict[str, list[str]], boxes: tuple[int, ...] = (9,)) -> WarehouseView:
+    """Return a world in which the first order is begun with one line, and bound for the first packing station."""
+    world = small_world(orders, {"p": ["a"], "q": ["b"], "r": ["c"]}, capacities=(9, 9), boxes=boxes)
+    world.assign(world.orders[0], world.stations[0], [0])
+    world.bind_packing(world.orders[0], world.packing[0])
+    return WarehouseView(world)
+
+
+@pytest.mark.parametrize(
+    ("first", "boxes", "work_s"),
+    [
+        (["a", "b", "c"], (9,), (30 + 5 * 3 + 3 + 4 * 3) / 4),  # split: packed and put
+        (["a"], (9,), (30 + 5) / 4),
+        (["a", "b", "c"], (9, 9), (30 + 5 * 3 + 3 + 4 * 3) / 8),  # packers at another station count
+    ],
+)
+def test_work_of_packers(first: list[str], boxes: tuple[int, ...], work_s: float) -> None:
+    """Four packers at a station; above its limit a rule splits no further order, at its limit it does."""
+    warehouse = busy_packers({"0": first, "1": ["a", "b"]}, boxes)
+    assert packing_work_s(warehouse) == work_s
+    assert room_to_split(warehouse, 5, work_s) == 5 - (len(first) > 1)
+    assert room_to_split(warehouse, 5, work_s - 0.1) == 0
 
 
 @pytest.mark.parametrize(("kind", "rng"), [(PodIndex, ()), (SplitOverTime, (np.random.default_rng(1),))])
@@ -24,11 +49,8 @@ def test_no_order_is_split_while_packers_have_enough_to_do(
     kind: Any, rng: tuple[Any, ...], most_s: float, taken: set[int]
 ) -> None:
     """They have 12.75 s each. The second order lacks a SKU: it can only be begun; the first is, the third is whole."""
-    orders = {"0": ["a", "b"], "1": ["a", "b", "d"], "2": ["a"]}
-    world = small_world(orders, {"p": ["a"], "q": ["b"], "r": ["c"]}, capacities=(9, 9), boxes=(9,))
-    world.assign(world.orders[0], world.stations[0], [0])
-    world.bind_packing(world.orders[0], world.packing[0])
-    decision = kind(packing_work_s=most_s).assign_orders_and_pods(WarehouseView(world), *rng)
+    warehouse = busy_packers({"0": ["a", "b"], "1": ["a", "b", "d"], "2": ["a"]})
+    decision = kind(packing_work_s=most_s).assign_orders_and_pods(warehouse, *rng)
     assert {given.order for given in decision.assignments} == taken
 
 

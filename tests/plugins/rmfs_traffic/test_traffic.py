@@ -190,65 +190,66 @@ def test_a_path_is_settled_as_it_is_committed(paths: list[tuple[int, int, int, l
         assert all(one.reserved(cell) == two.reserved(cell) for cell in range(OPEN.cells))
 
 
-WHO = st.integers(0, 3)
-TAKEN = st.dictionaries(st.integers(0, 2), st.tuples(st.integers(0, 60), st.integers(1, 9)), min_size=1)
+WHO = st.integers(0, 2)
+TAKEN = st.dictionaries(st.integers(0, 2), st.tuples(st.integers(0, 40), st.integers(1, 9)), min_size=1)
 """Cells, each from when and how long."""
 
 
 @given(
     steps=st.lists(
         st.one_of(
-            st.tuples(st.sampled_from(["add", "commit", "seize"]), WHO, TAKEN),
+            st.tuples(st.sampled_from(["add", "add", "commit", "seize"]), WHO, TAKEN),
             st.tuples(st.just("release"), WHO),
-            st.tuples(st.just("forget"), st.integers(0, 60)),
-            st.tuples(st.just("copy")),
+            st.tuples(st.just("forget"), st.integers(0, 9)),
+            st.tuples(st.sampled_from(["copy", "swap"])),
         ),
+        min_size=20,
         max_size=60,
     )
 )
 @settings(deadline=None)
 def test_the_table_equals_a_list_of_who_has_what(steps: list[tuple[Any, ...]]) -> None:
-    table, model = Reservations(3), dict[tuple[int, int], int]()
-    left_behind: list[tuple[Reservations, list[Any]]] = []
-    forgotten = 0
+    """So does a copy of it, which is changed in turn with it."""
+    table, model, forgotten = Reservations(3), dict[tuple[int, int], int](), 0
+    other = table.copy(), model, forgotten
     for step in steps:
         match step:
             case (str(how), int(who), dict(taken)):
-                ticks = {(cell, tick) for cell, (since, n) in taken.items() for tick in range(since, since + n)}
-                path = occupy(*((cell, since, since + n) for cell, (since, n) in taken.items()))
-                others = {(cell, model[cell, tick]) for cell, tick in ticks if model.get((cell, tick), who) != who}
-                if any(tick < forgotten for _, tick in ticks):
-                    continue
+                path = occupy(*((cell, forgotten + since, forgotten + since + n) for cell, (since, n) in taken.items()))
+                rows = zip(path.cells.tolist(), path.since.tolist(), path.until.tolist(), strict=True)
+                ticks = [(cell, tick) for cell, since, until in rows for tick in range(since, until)]
+                lost = {(cell, model[cell, tick]) for cell, tick in ticks if model.get((cell, tick), who) != who}
                 if how == "seize":
-                    assert table.seize(who, path) == {other for _, other in others}
-                    model = {at: owner for at, owner in model.items() if (at[0], owner) not in others}
-                elif others:
+                    assert table.seize(who, path) == {loser for _, loser in lost}
+                elif lost:
                     with pytest.raises(ReservedError):
                         getattr(table, how)(who, path)
                     continue
                 else:
                     getattr(table, how)(who, path)
-                kept = {at: owner for at, owner in model.items() if how == "add" or owner != who}
-                model = kept | dict.fromkeys(ticks, who)
+                mine = set() if how == "add" else {who}
+                model = {at: one for at, one in model.items() if one not in mine and (at[0], one) not in lost}
+                model |= dict.fromkeys(ticks, who)
             case ("release", int(who)):
                 table.release(who)
-                model = {at: owner for at, owner in model.items() if owner != who}
-            case ("forget", int(until)):
-                forgotten = max(forgotten, until)
-                table.forget_before(until)
+                model = {at: one for at, one in model.items() if one != who}
+            case ("forget", int(ticks)):
+                forgotten += ticks
+                table.forget_before(forgotten)
+            case ("copy",):
+                other = table.copy(), model, forgotten
             case _:
-                left_behind.append((table, [table.reserved(cell) for cell in range(3)]))
-                table = table.copy()
-    got = {(cell, t): who for cell in range(3) for who, a, b in table.reserved(cell) for t in range(a, b)}
-    later = {key: who for key, who in model.items() if key[1] >= forgotten}
-    assert {key: who for key, who in got.items() if key[1] >= forgotten} == later
-    for cell in range(3):
-        entries = table.reserved(cell)
-        assert all(a < b for _, a, b in entries)
-        assert all(one[2] <= other[1] for one, other in pairwise(entries))
-        first = min(((tick, who) for (at, tick), who in later.items() if at == cell and who != 0), default=(0, None))
-        assert table.blocker(cell, forgotten, owner=0) == first[1]
-    assert all([old.reserved(cell) for cell in range(3)] == reserved for old, reserved in left_behind)
+                other, (table, model, forgotten) = (table, model, forgotten), other
+    for one, has, over in ((table, model, forgotten), other):
+        got = {(cell, t): who for cell in range(3) for who, a, b in one.reserved(cell) for t in range(a, b)}
+        later = {at: who for at, who in has.items() if at[1] >= over}
+        assert {at: who for at, who in got.items() if at[1] >= over} == later
+        for cell in range(3):
+            entries = one.reserved(cell)
+            assert all(a < b for _, a, b in entries)
+            assert all(earlier[2] <= after[1] for earlier, after in pairwise(entries))
+            first = min(((tick, who) for (at, tick), who in later.items() if at == cell and who), default=(0, None))
+            assert one.blocker(cell, over, owner=0) == first[1]
 
 
 def test_the_pool_grows() -> None:
