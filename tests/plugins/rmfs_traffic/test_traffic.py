@@ -258,6 +258,11 @@ def test_the_pool_grows() -> None:
         hold_until(table, i % 7, i % 2, 10 * ((i * 37) % 500), 10 * ((i * 37) % 500) + 5)
     assert table.arrays.count.sum() == 500
     assert [a for _, a, _ in table.reserved(0)] == sorted(10 * ((i * 37) % 500) for i in range(0, 500, 2))
+    before, other = table.reserved(1), table.copy()
+    for grown in (other, table):
+        for i in range(600):
+            hold_until(grown, 8, 0, 10_000 + 10 * i, 10_005 + 10 * i)
+        assert (len(grown.reserved(0)), grown.reserved(1)) == (850, before)
     table = Reservations(OPEN.cells)
     table.hold(9, 19, 0)
     for i in range(300):
