@@ -42,6 +42,15 @@ def test_it_is_read_off_the_warehouse():
     assert period.visits_before == 1
 
 
+def test_what_no_station_can_take_is_left_out():
+    """An order of three items, stations of two slots: integrated drops it, the split models do not."""
+    period = period_of([[0, 1, 2], [3]], [(0, 1, 2)], (2, 2))
+    assert Reduced(period, INTEGRATED).orders == ()
+    assert Reduced(period, AMONG).orders == (0,)  # order 1 wants what no pod has
+    assert Reduced(period, OVER_TIME).orders == (0,)
+    assert not Reduced(period, INTEGRATED).candidates.any()
+
+
 def test_every_pod_is_within_one_that_is_kept(periods):
     """Which brings as much and is worth as much; of those that are kept, none is within another."""
     rng = np.random.default_rng(1)
