@@ -212,24 +212,8 @@ class Run:
         for order in world.orders:
             if order.id not in world.arrived and order.arrival_tick <= world.now:
                 world.order_arrives(order)
-        changes = (
-            assign,
-            assign,
-            bind,
-            bind,
-            cancel,
-            come,
-            come,
-            pick,
-            pick,
-            leave,
-            put_down,
-            fetch,
-            bundle,
-            bundle,
-            shut,
-            turn,
-        )
+        changes = (assign, assign, bind, bind, cancel, come, come, pick, pick, leave, put_down, fetch)
+        changes += (bundle, bundle, shut, turn)
         changes += (assign, pack, pack) * self.packing
         changes += (bundle,) * (8 * self.stocked) + (turn, come, leave, bind) * self.crowded
         for number in range(lots.randint(0, 4 + 5 * self.size)):

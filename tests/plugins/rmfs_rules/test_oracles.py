@@ -1,4 +1,9 @@
-"""Each shipped rule, with all its parameters, against a literal version of its definition on random worlds."""
+"""Each shipped rule, with all its parameters, against a literal version of its definition on random worlds.
+
+Nothing else is to be said of what is in `rmfs_rules.common_lines`, `rmfs_rules.demand`, `rmfs_rules.first_come`,
+`rmfs_rules.fixed`, `rmfs_rules.free_flow`, `rmfs_rules.near_best_pod`, `rmfs_rules.nearest`, `rmfs_rules.nearest_pod`,
+`rmfs_rules.nearest_robot` and `rmfs_rules.waves`.
+"""
 
 import inspect
 import random

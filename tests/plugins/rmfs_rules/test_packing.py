@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from attrs import evolve
 
-from cases import cases
 from rmfs_commands.testing import small_world
 from rmfs_core import run
 from rmfs_core.roles import Role
@@ -19,28 +18,10 @@ from rmfs_rules.helpers.packing import packing_work_s, room_to_split
 from rmfs_rules.mip import SplitOverTime
 from rmfs_rules.pod_index import PodIndex
 
-ORDERS = {str(i): ["a", "b", "c"] for i in range(6)}
-PODS = {"p": ["a"], "q": ["b"], "r": ["c"]}
-
-
-@cases(
-    "capacity boxes room",
-    *((None, (), None), (3, (), 2), (None, (2, 3), 4), (3, (2, 3), 2), (9, (2, 1), 2)),
-    *((None, (50,), None), (1, (50,), 0)),
-)
-def test_room_to_split(capacity: int | None, boxes: tuple[int, ...], room: int | None) -> None:
-    """The less of what a rule and the boxes allow, one order being split; as many boxes as there are slots: any."""
-    world = small_world(ORDERS, PODS, capacities=(5, 4), boxes=boxes)
-    order = world.orders[0]
-    world.assign(order, world.stations[0], [0])
-    if boxes:
-        world.bind_packing(order, world.packing[0])
-    assert room_to_split(WarehouseView(world), capacity) == room
-
 
 def busy_packers(orders: dict[str, list[str]], boxes: tuple[int, ...] = (9,)) -> WarehouseView:
     """Return a world in which the first order is begun with one line, and bound for the first packing station."""
-    world = small_world(orders, PODS, capacities=(9, 9), boxes=boxes)
+    world = small_world(orders, {"p": ["a"], "q": ["b"], "r": ["c"]}, capacities=(9, 9), boxes=boxes)
     world.assign(world.orders[0], world.stations[0], [0])
     world.bind_packing(world.orders[0], world.packing[0])
     return WarehouseView(world)
@@ -80,27 +61,6 @@ def test_busy_packers_keep_no_order_from_being_assigned(rule: str) -> None:
     small = ["instance.orders=30", "rules.pp=free-flow", "stations.item_capacity=4", "packing.boxes=2"]
     result = run("examples/packing", overrides=[rules, *small])
     assert (result.status, result.metrics["orders_packed"]) == ("complete", 30)
-
-
-def test_pod_index_takes_whole_orders_when_no_box_is_free() -> None:
-    """The only box is taken by an order of which no line fits: another goes whole, with the pods that it needs."""
-    world = small_world(ORDERS, PODS, capacities=(4,), boxes=(1,))
-    first = world.orders[0]
-    world.assign(first, world.stations[0], [0])
-    world.bind_packing(first, world.packing[0])
-    rule = PodIndex(most_pods=1)
-    taken = rule.assign_orders_and_pods(WarehouseView(world))
-    assert {given.order for given in taken.assignments} == {0}  # the rest of the order that has the box
-    for given in taken.assignments:
-        world.assign(first, world.stations[0], given.skus or (), 2)
-    world.assign(first, world.stations[0], [line.sku for line in first.open_lines], 3) if first.open_lines else None
-    for pod in world.pods:
-        world.bind(pod, world.stations[0])
-    for request in world.stations[0].open_requests:
-        world.fulfil(request, world.pods[request.sku])
-    taken = rule.assign_orders_and_pods(WarehouseView(world))
-    assert [(given.order, given.skus) for given in taken.assignments] == [(1, None)]
-    assert list(taken.trips) == []
 
 
 @pytest.mark.parametrize("rule", ["pod-index", "split-among-stations", "split-over-time"])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import heapq
 import math
-from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -17,14 +16,12 @@ from cases import cases
 from crowds import crowd, newcomer, paper_roads, two_way
 from reserving import EVEN, hold_until, stay
 from rmfs_commands.layouts import parse_map
-from rmfs_commands.testing import small_layout, small_world
+from rmfs_commands.testing import small_layout
 from rmfs_core import Path
 from rmfs_core.clock import UNREACHABLE
 from rmfs_core.motion import Motion
-from rmfs_core.warehouse import WarehouseView
 from rmfs_core.world import EAST, NORTH, WEST
 from rmfs_core.world.travel import Travel, travel_on
-from rmfs_rules.free_flow import FreeFlow
 from rmfs_rules.helpers.searching import Asked, gap_at
 from rmfs_rules.sipp import Pbs, Sipp, compiled
 from rmfs_rules.sipp.backwards import earliest
@@ -45,22 +42,6 @@ from rmfs_traffic import (
     roads_on,
     timed_path,
 )
-
-
-def test_the_path_is_the_fastest_for_what_the_robot_carries() -> None:
-    world = small_world({}, {"p": ["a"], "q": ["a"]})
-    robot, view = world.robots[0], WarehouseView(world)
-    goal = world.stations[0].cell
-    empty = FreeFlow().plan_path(view, robot, goal)
-    assert empty.legs == world.travel.fastest_path(robot.cell, robot.heading, goal, loaded=False)
-    world.bind(world.pods[0], world.stations[0])
-    world.take_task(robot, world.pods[0])
-    world.move(robot, world.pods[0].location, robot.heading)
-    world.lift(robot, world.pods[0])
-    loaded = FreeFlow().plan_path(view, robot, goal)
-    assert loaded.legs == world.travel.fastest_path(robot.cell, robot.heading, goal, loaded=True)
-    assert loaded.legs[-1].to == goal
-    assert loaded.legs != world.travel.fastest_path(robot.cell, robot.heading, goal, loaded=False)
 
 
 def test_without_traffic_it_is_the_fastest_path() -> None:
@@ -429,18 +410,6 @@ def test_a_way_that_stays_blocked_is_waited_for_within_the_window_only() -> None
     assert path.end == 2
     assert path.end_tick >= 20_000
     assert WhcaN(window_s=math.inf).search(roads, table, Query(0, 0, 0, 0, 4)) is None
-
-
-@cases(
-    "rule values problem",
-    *((WhcaN, {"window_s": value}, "must be > 0") for value in (0.0, math.nan)),
-    *((WhcaN, {"wait_s": value}, r"must be >= 0\.001|a finite number") for value in (0.0, math.inf)),
-    (WhcaN, {"max_nodes": 0}, "must be >= 1"),
-    (Pbs, {"most_nodes": -1}, "most_nodes"),
-)
-def test_impossible_parameters_are_refused(rule: type[Any], values: dict[str, float], problem: str) -> None:
-    with pytest.raises(ValueError, match=problem):
-        rule(**values)
 
 
 YARD = parse_map("......\n@@@..#\nqO....", "yard")

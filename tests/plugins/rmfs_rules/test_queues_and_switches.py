@@ -1,64 +1,47 @@
-"""Rules that keep something from call to call: queues at stations, and which rule decides by now."""
+"""Rules that keep something from call to call, and the switch between rules; test_oracles.py has what they decide."""
 
 from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from cases import cases
-from rmfs_commands.testing import check_rule, small_world
+from rmfs_commands.testing import small_layout, small_world
 from rmfs_core import InputError, load_scenario, run
 from rmfs_core.rules import RuleSet
 from rmfs_core.warehouse import Warehouse, WarehouseView
-from rmfs_rules.station_queue import StationQueue
+from rmfs_rules.activation import BacklogThreshold
+from rmfs_rules.classes import Cache, Utility
 from rmfs_rules.switch import Case, Switch
 from standing import assigned as decide
-from standing import put_at_station
 
 
-def assign(world: Warehouse, found: list[tuple[str, int]]) -> None:
-    for name, station in found:
-        order = next(order for order in world.orders if order.name == name)
-        world.assign(order, world.stations[station], [line.sku for line in order.open_lines])
+def active(rule: BacklogThreshold, warehouse: Warehouse) -> list[int]:
+    chosen = list(rule.activate_stations(WarehouseView(warehouse)))
+    for station in warehouse.stations:
+        warehouse.activate(station, station.id in chosen)
+    return chosen
 
 
-def test_orders_queue_where_their_items_are() -> None:
-    orders = {"x": {"a": 2}, "1": ["a", "b"], "2": ["a"], "3": ["c"]}
-    world = small_world(orders, {"p": ["a", "b"], "q": ["c"]}, capacities=[2, 2])
-    world.bind(world.pods[0], world.stations[1])
-    assign(world, [("x", 1)])
-    rule = StationQueue(fast_lane=0)
-    assert decide(world, rule) == [("3", 0)]
-    assert rule.queue_of == {1: 1, 2: 1, 3: 0}
-    assign(world, [("3", 0)])
-    assert decide(world, rule) == []  # station 0 has a slot free, but nobody queues for it
-    world, rule = small_world({"1": {"a": 2}, "2": ["b"]}, {"p": ["a", "b"]}, capacities=[2]), StationQueue()
-    view = WarehouseView(world)
-    rule.assign_orders(view.showing([]))
-    assign(world, decide(world, rule))
-    assert rule.queue_of == {0: 0, 1: 0}
-    assert rule.assign_orders(view.showing([])) == []
-    orders = {"old": ["z"], "soon": ["b"], "now": ["a"], "due": ["z"], "later": ["z"]}
-    pods = {"p": ["a"], "q": ["b"], "r": ["z"]}
-    world = small_world(orders, pods, capacities=[5], due_s={"due": 1000, "later": 1001})
-    put_at_station(world, 0, 0)
-    world.bind(world.pods[1], world.stations[0])
-    world.now = 400_000
-    assert [name for name, _ in decide(world, StationQueue(fast_lane=0))] == ["due", "now", "soon", "old", "later"]
-    assert decide(world, StationQueue(fast_lane=0, urgent_s=0))[0] == ("now", 0)
+def test_an_activation_rule_forgets_the_run_before() -> None:
+    def waiting() -> Warehouse:
+        return small_world({}, {"p": ["a"]}, capacities=[5] * 4)
+
+    warehouse, rule = waiting(), BacklogThreshold()
+    warehouse.advance(700_000)
+    assert active(rule, warehouse) == [0, 1, 2]
+    rule.run_started()
+    assert active(rule, waiting()) == [0, 1, 2]
 
 
-@pytest.mark.parametrize("wrong", [{"queue_length": 0}, {"urgent_s": -1}, {"fast_lane": -1}])
-def test_wrong_parameters_are_refused(wrong: dict[str, Any]) -> None:
-    with pytest.raises(ValueError, match="must be >="):
-        StationQueue(**wrong)
-
-
-def test_short_queues_conform() -> None:
-    assert check_rule(StationQueue(queue_length=1)).findings == ()
+@pytest.mark.parametrize("rule", [Utility(retry_s=60), Cache(retry_s=60)])
+def test_a_pause_of_moves_is_forgotten_in_another_run(rule: Utility | Cache) -> None:
+    view = WarehouseView(small_world({}, {str(i): ["a"] for i in range(len(small_layout().storage_locations))}))
+    assert rule.move_pods(view, 2) == []
+    assert rule.wake_at(view) == 60
+    assert rule.wake_at(WarehouseView(small_world({}, {"p": ["a"]}))) is None
 
 
 SCENARIO = """
@@ -82,24 +65,12 @@ poa = {}
 
 
 def one_place(orders: int = 2) -> Warehouse:
-    """Return a world with one slot, in which first-come takes order 0, and earliest-due the last one."""
+    """Return a world with one slot, and orders of which the last one is due first."""
     names = [str(i) for i in range(orders)]
     return small_world({name: ["a"] for name in names}, {"p": ["a"]}, capacities=[1], due_s={names[-1]: 9})
 
 
-def test_it_wakes_up_when_another_rule_is_to_decide() -> None:
-    rule = Switch((Case("first-come", before_s=60), Case("earliest-due")))
-    for now, expected in ((0, "0"), (59_999, "0"), (60_000, "1")):
-        made = one_place()
-        made.now = now
-        assert decide(made, rule) == [(expected, 0)]
-    rule = Switch((Case("first-come", before_s=60), Case("random", before_s=90), Case("first-come")))
-    made, rng = one_place(), np.random.default_rng(0)
-    answers = []
-    for now in (0, 59_999, 60_000, 90_000):
-        made.now = now
-        answers.append(rule.wake_at(WarehouseView(made), rng))
-    assert answers == [60, 60, 90, None]
+def test_it_needs_what_its_rules_need_and_forgets_with_them() -> None:
     rule = Switch((Case("station-queue", {"queue_length": 1}),))
     assert [decide(one_place(3), rule), decide(one_place(2), rule)] == [[("2", 0)], [("1", 0)]]
     rule = Switch((Case("assignment", before_s=60), Case("nearest-robot")))

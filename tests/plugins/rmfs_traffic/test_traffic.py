@@ -1,6 +1,7 @@
 """Passing times of runs, paths with times and cells, what planning knows of a layout, and the reservation table."""
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -147,29 +148,12 @@ def test_tracks_have_the_times_of_their_goal() -> None:
             array[...] = 0
 
 
-def test_who_blocks_a_cell() -> None:
-    table = Reservations(3)
-    hold_until(table, 7, 1, 10, 30)
-    table.hold(9, 1, 40)
-    assert (table.blocker(1, 0), table.blocker(1, 30), table.blocker(1, 30, owner=9)) == (7, 9, None)
-
-
-def test_a_commit_replaces_what_was_there_and_takes_nothing_of_others() -> None:
+def test_a_refused_commit_says_who_has_the_cell() -> None:
     table = Reservations(3)
     table.hold(1, 2, 5)
-    table.commit(0, occupy((0, 0, 10)))
     with pytest.raises(ReservedError, match="cell 2 is reserved by 1 from tick 5 forever") as refused:
         table.commit(0, occupy((1, 0, 10), (2, 0, 6)))
     assert (refused.value.cell, refused.value.owner) == (2, 1)
-    assert table.reserved(0) == [(0, 0, 10)]
-    assert table.reserved(1) == []
-    table = Reservations(4)
-    table.commit(0, occupy((0, 0, 10), (1, 5, FOREVER)))
-    table.commit(0, occupy((1, 5, 20), (2, 15, FOREVER)))
-    assert (table.reserved(0), table.reserved(1)) == ([], [(0, 5, 20)])
-    assert table.reserved(2) == [(0, 15, FOREVER)]
-    table.release(0)
-    assert table.arrays.count.sum() == 0
 
 
 @given(
@@ -206,70 +190,67 @@ def test_a_path_is_settled_as_it_is_committed(paths: list[tuple[int, int, int, l
         assert all(one.reserved(cell) == two.reserved(cell) for cell in range(OPEN.cells))
 
 
-def test_who_copies_or_seizes() -> None:
-    table = Reservations(3)
-    table.commit(1, occupy((0, 5, 9)))
-    other = table.copy()
-    assert [other.reserved(cell) for cell in range(3)] == [[(1, 5, 9)], [], []]
-    other.release(1)
-    for tick in range(0, 1000, 10):
-        hold_until(other, 2, 0, tick, tick + 5)
-    table.hold(3, 1, 0)
-    assert [table.reserved(cell) for cell in range(3)] == [[(1, 5, 9)], [(3, 0, FOREVER)], []]
-    assert len(other.reserved(0)) == 100
-    assert other.reserved(1) == []
-    table = Reservations(4)
-    table.commit(1, occupy((0, 0, 10), (1, 8, 20), (2, 18, FOREVER)))
-    table.commit(2, occupy((1, 20, 30), (3, 28, FOREVER)))
-    table.commit(3, occupy((1, 0, 5)))
-    assert table.seize(0, occupy((1, 6, FOREVER))) == {1, 2}
-    assert [table.reserved(cell) for cell in range(4)] == [
-        [(1, 0, 10)], [(3, 0, 5), (0, 6, FOREVER)], [(1, 18, FOREVER)], [(2, 28, FOREVER)],
-    ]  # fmt: skip
-    table.release(1)
-    assert (table.reserved(0), table.reserved(2)) == ([], [])
+WHO = st.integers(0, 2)
+TAKEN = st.dictionaries(st.integers(0, 2), st.tuples(st.integers(0, 40), st.integers(1, 9)), min_size=1)
+"""Cells, each from when and how long."""
 
 
 @given(
     steps=st.lists(
         st.one_of(
-            st.tuples(st.just("hold"), st.integers(0, 3), st.integers(0, 2), st.integers(0, 60), st.integers(1, 9)),
-            st.tuples(st.just("release"), st.integers(0, 3)),
-            st.tuples(st.just("forget"), st.integers(0, 60)),
+            st.tuples(st.sampled_from(["add", "add", "commit", "seize"]), WHO, TAKEN),
+            st.tuples(st.just("release"), WHO),
+            st.tuples(st.just("forget"), st.integers(0, 9)),
+            st.tuples(st.sampled_from(["copy", "swap"])),
         ),
+        min_size=20,
         max_size=60,
     )
 )
 @settings(deadline=None)
-def test_the_table_equals_a_list_of_who_has_what(steps: list[tuple[str | int, ...]]) -> None:
-    table, model = Reservations(3), {}
-    forgotten = 0
+def test_the_table_equals_a_list_of_who_has_what(steps: list[tuple[Any, ...]]) -> None:
+    """So does a copy of it, which is changed in turn with it."""
+    table, model, forgotten = Reservations(3), dict[tuple[int, int], int](), 0
+    other = table.copy(), model, forgotten
     for step in steps:
         match step:
-            case ("hold", int(who), int(cell), int(since), int(length)):
-                ticks = [(cell, tick) for tick in range(since, since + length)]
-                free = all(model.get(tick, who) == who for tick in ticks)
-                if any(tick < forgotten for _, tick in ticks):
-                    continue
-                if free:
-                    hold_until(table, who, cell, since, since + length)
-                    model.update(dict.fromkeys(ticks, who))
-                else:
+            case (str(how), int(who), dict(taken)):
+                path = occupy(*((cell, forgotten + since, forgotten + since + n) for cell, (since, n) in taken.items()))
+                rows = zip(path.cells.tolist(), path.since.tolist(), path.until.tolist(), strict=True)
+                ticks = [(cell, tick) for cell, since, until in rows for tick in range(since, until)]
+                lost = {(cell, model[cell, tick]) for cell, tick in ticks if model.get((cell, tick), who) != who}
+                if how == "seize":
+                    assert table.seize(who, path) == {loser for _, loser in lost}
+                elif lost:
                     with pytest.raises(ReservedError):
-                        hold_until(table, who, cell, since, since + length)
+                        getattr(table, how)(who, path)
+                    continue
+                else:
+                    getattr(table, how)(who, path)
+                mine = set() if how == "add" else {who}
+                model = {at: one for at, one in model.items() if one not in mine and (at[0], one) not in lost}
+                model |= dict.fromkeys(ticks, who)
             case ("release", int(who)):
                 table.release(who)
-                model = {tick: owner for tick, owner in model.items() if owner != who}
-            case ("forget", int(until)):
-                forgotten = max(forgotten, until)
-                table.forget_before(until)
-    got = {(cell, t): who for cell in range(3) for who, a, b in table.reserved(cell) for t in range(a, b)}
-    later = {key: who for key, who in model.items() if key[1] >= forgotten}
-    assert {key: who for key, who in got.items() if key[1] >= forgotten} == later
-    for cell in range(3):
-        entries = table.reserved(cell)
-        assert all(a < b for _, a, b in entries)
-        assert all(one[2] <= other[1] for one, other in pairwise(entries))
+                model = {at: one for at, one in model.items() if one != who}
+            case ("forget", int(ticks)):
+                forgotten += ticks
+                table.forget_before(forgotten)
+            case ("copy",):
+                other = table.copy(), model, forgotten
+            case _:
+                other, (table, model, forgotten) = (table, model, forgotten), other
+    for one, has, over in ((table, model, forgotten), other):
+        got = {(cell, t): who for cell in range(3) for who, a, b in one.reserved(cell) for t in range(a, b)}
+        later = {at: who for at, who in has.items() if at[1] >= over}
+        assert {at: who for at, who in got.items() if at[1] >= over} == later
+        for cell in range(3):
+            entries = one.reserved(cell)
+            assert all(a < b for _, a, b in entries)
+            assert all(earlier[2] <= after[1] for earlier, after in pairwise(entries))
+            for since in range(over, over + 50, 3):
+                after = [(tick, who) for (at, tick), who in later.items() if at == cell and who and tick >= since]
+                assert one.blocker(cell, since, owner=0) == min(after, default=(0, None))[1]
 
 
 def test_the_pool_grows() -> None:
@@ -278,6 +259,11 @@ def test_the_pool_grows() -> None:
         hold_until(table, i % 7, i % 2, 10 * ((i * 37) % 500), 10 * ((i * 37) % 500) + 5)
     assert table.arrays.count.sum() == 500
     assert [a for _, a, _ in table.reserved(0)] == sorted(10 * ((i * 37) % 500) for i in range(0, 500, 2))
+    before, other = table.reserved(1), table.copy()
+    for grown in (other, table):
+        for i in range(600):
+            hold_until(grown, 8, 0, 10_000 + 10 * i, 10_005 + 10 * i)
+        assert (len(grown.reserved(0)), grown.reserved(1)) == (850, before)
     table = Reservations(OPEN.cells)
     table.hold(9, 19, 0)
     for i in range(300):

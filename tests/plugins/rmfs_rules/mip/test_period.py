@@ -1,4 +1,4 @@
-"""A period: read off the warehouse, reduced, as arrays; lines that are placed, what a solution costs."""
+"""A period: read off the warehouse, reduced; lines that are placed, and parts of orders at stations that count them."""
 
 from itertools import combinations, product
 from typing import Any
@@ -8,28 +8,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cases import cases
-from mip_periods import holding, period_of, random_period
+from mip_periods import period_of, random_period
 from rmfs_commands.testing import small_world
 from rmfs_core.warehouse import WarehouseView
-from rmfs_rules.mip.compiled.arrays import arrays_of
-from rmfs_rules.mip.period.decoding import Counts, parts_of
 from rmfs_rules.mip.period.period import Period, Stock
 from rmfs_rules.mip.period.placing import Slots, short_of, stations_of
-from rmfs_rules.mip.period.reduction import Reduced, highest, masks_of, sums_of
+from rmfs_rules.mip.period.reduction import Reduced
 from rmfs_rules.mip.period.solution import (
     Model,
     Part,
     Solution,
-    is_useful,
-    is_whole,
-    items_of,
-    newly_split,
     objective_of,
 )
 from rmfs_rules.mip.printed.constraints import violation
 from rmfs_rules.mip.printed.solver import Limits
-from rmfs_rules.mip.proof.parts import PartsBuilder, builder_of, by_slots, with_joining_lines
+from rmfs_rules.mip.proof.parts import by_slots, with_joining_lines
 from rmfs_rules.mip.proof.proof import Proof
 
 INTEGRATED, AMONG, OVER_TIME = Model
@@ -47,45 +40,6 @@ def test_it_is_read_off_the_warehouse():
     assert [sorted(sku.get(i, "b") for i, _ in lines) for lines in period.lines] == [["a", "b"], ["a"]]
     assert period.single_items
     assert period.visits_before == 1
-
-
-def test_tables_say_the_same(periods):
-    """Lines by order; what a new visit covers, which changes nothing in the period; idle pods, which go first."""
-    for period in periods[:50]:
-        assert tuple(map(period.lines_of, range(len(period.orders)))) == period.lines
-        before = period.covered.copy()
-        covered = period.covered_with([(0, 0)])
-        assert (covered[0] == (before[0] | (period.stock.holds[0] > 0))).all()
-        assert (covered[1:] == before[1:]).all()
-        assert (period.covered == before).all()
-        assert (period.covered_with(()) == before).all()
-        assert period.preferred.once_sent == 0.0
-        assert set(np.flatnonzero(period.preferred.pods == 0)) == set(period.busy)
-
-
-def test_entries_without_items_are_left_out(scarce_periods):
-    rng = np.random.default_rng(3)
-    for stock in (period.stock for period in scarce_periods[:20]):
-        numbers, held = rng.integers(0, 3, len(stock.sku)), [dict[int, int]() for _ in stock.pods]
-        for pod, sku, number in zip(stock.pod.tolist(), stock.sku.tolist(), numbers.tolist(), strict=True):
-            held[pod] |= {sku: number} if number else {}
-        fewer = stock.with_items(numbers)
-        assert [fewer.items_on(pod) for pod in stock.pods] == held
-        assert [fewer.skus_of(pod).tolist() for pod in stock.pods] == [[*items] for items in held]
-        assert [set(np.flatnonzero(row)) for row in fewer.holds] == [set(items) for items in held]
-
-
-@pytest.mark.parametrize("model", Model)
-def test_types_count_the_orders(periods, model):
-    """Every order that can be assigned is of one type, which has its lines; a type's orders are oldest first."""
-    for period in periods[:100]:
-        reduced = Reduced(period, model)
-        assert sorted(order for kind in reduced.types for order in kind.orders) == list(reduced.orders)
-        for kind in reduced.types:
-            assert list(kind.orders) == sorted(kind.orders)
-            assert all(reduced.lines_of(order) == kind.lines for order in kind.orders)
-            assert kind.size == sum(quantity for _, quantity in kind.lines)
-        assert all(len(kind.orders) == 1 for kind in Reduced(period, model, counted=False).types)
 
 
 def test_what_no_station_can_take_is_left_out():
@@ -129,53 +83,6 @@ def test_reachable_places(periods):
         assert among.reachable_sum == most(among, sum(period.capacities))
 
 
-def test_sets_as_bits():
-    """Bit n says that some sizes add up to n; bit s, that station s covers a SKU."""
-    assert sums_of([2, 3], 10) == 0b101101
-    assert sums_of([2, 3], 4) == 0b1101
-    assert (highest(0b101101, 4), highest(0b101101, 5)) == (3, 5)
-    assert masks_of(np.array([[True, False, True], [False, False, True]])).tolist() == [1, 0, 3]
-
-
-@pytest.mark.parametrize("model", [INTEGRATED, AMONG])
-def test_the_arrays_are_the_period(periods, model):
-    for period in periods[:100]:
-        reduced = Reduced(period, model)
-        a, pods = arrays_of(reduced, splits=1)
-        spans = [slice(*span) for span in zip(a.order_start, a.order_start[1:], strict=False)]
-        lines = [sorted(zip(a.line_sku[at].tolist(), a.line_items[at].tolist(), strict=True)) for at in spans]
-        assert lines == [sorted(period.lines[order]) for order in reduced.orders]
-        assert a.items.tolist() == [sum(items for _, items in held) for held in lines]
-        by_pod, by_sku = range(len(pods)), range(period.stock.n_skus)
-        brought = {(pod, int(sku)) for pod in by_pod for sku in a.pod_sku[a.pod_start[pod] : a.pod_start[pod + 1]]}
-        assert brought == {
-            (int(pod), sku) for sku in by_sku for pod in a.sku_pod[a.sku_start[sku] : a.sku_start[sku + 1]]
-        }
-        assert all(sku in period.stock.skus_of(pods[pod]) for pod, sku in brought)
-        assert a.rooms.tolist() == list(period.capacities)
-        assert (a.whole, a.splits) == (model is INTEGRATED, 1)
-
-
-@pytest.fixture(name="three")
-def three_fixture() -> Period:
-    """Return two stations and three orders of SKUs 0 and 1, each on a pod of its own."""
-    return period_of([[0, 1]] * 3, [[0], [1]], (2, 2))
-
-
-def test_counts_become_lines_of_orders(three):
-    counts = Counts(((0, 0), (1, 0), (0, 1), (1, 1)), whole={(0, 0): 1, (0, 1): 1}, splits_limited=True)
-    assert parts_of(Reduced(three, INTEGRATED), counts) == (Part(0, 0, (0, 1)), Part(1, 1, (0, 1)))
-    parts = parts_of(Reduced(three, AMONG), Counts(((0, 0), (1, 1)), split={0: 2}))
-    assert set(parts) == {Part(order, station, (station,)) for order in range(2) for station in range(2)}
-    over_time = Reduced(three, OVER_TIME)
-    assert set(parts_of(over_time, Counts(((0, 0),)))) == {Part(0, 0, (0,)), Part(1, 0, (0,))}
-    assert parts_of(over_time, Counts(((0, 0),), splits_limited=True)) == ()
-    lines = np.array([[0, 0, 2], [1, 0, 2]]).T
-    period = Period(holding([[0]], 1), (0, 1), (2, 2), ((), ()), (10, 11), *lines)
-    counts = Counts(((0, 0), (0, 1)), split={0: 2}, lines={((0, 2), 0): 1, ((0, 2), 1): 1})
-    assert parts_of(Reduced(period, AMONG), counts) == (Part(0, 0, (0,)), Part(1, 1, (0,)))
-
-
 @given(st.lists(st.integers(0, 3), min_size=1, max_size=3), st.lists(st.integers(0, 7), max_size=5))
 def test_one_by_one_is_the_most(capacities, masks):
     """As many lines find a slot as in any assignment, and each stands where its kind is covered."""
@@ -191,24 +98,6 @@ def test_one_by_one_is_the_most(capacities, masks):
     stations = [slots.take(mask, ()) for mask in placed]
     assert all(mask >> station & 1 for mask, station in zip(placed, stations, strict=True))
     assert (np.bincount(stations, minlength=len(capacities)) <= capacities).all()
-
-
-def test_lines_of_an_order_and_preferred_stations():
-    """Where one line of an order finds no slot, the others give theirs back.
-
-    Lines of a kind are interchangeable, so any station where some stand may be named; then they are used up.
-    """
-    slots = Slots.covered([1, 1], [1, 3])
-    assert not slots.add_all([1, 1])
-    assert slots.free == [1, 1]
-    assert slots.add_all([3, 1])
-    assert slots.free == [0, 0]
-    slots = Slots.covered([1, 1], [3])
-    assert slots.add(3)
-    assert slots.add(3)
-    assert [slots.take(3, [1]), slots.take(3, [1])] == [1, 0]
-    with pytest.raises(ValueError, match="no line of this kind"):
-        slots.take(3, [1])
 
 
 def test_what_is_short(scarce_periods):
@@ -236,58 +125,6 @@ def test_unlimited_stock_is_never_short():
     assert short_of(random_period(0), (), (Part(0, 0, (0,)),)) is None
 
 
-def test_items_move_between_pods():
-    """One item on a pod at two stations of one slot, one on a pod at the first alone: the first has to move.
-
-    A third finds none, and nothing changes; of an order all lines find slots, or none.
-    """
-    shared = period_of([[0], [0], [0]], [{0: 1}, {0: 1}], (1, 1), [(0, 1), (0,)])
-    slots = Slots.from_stock(shared, ())
-    assert not slots.add_all([0, 0, 0])
-    assert slots.free == [1, 1]
-    assert slots.add(0)
-    assert slots.add_all([0])
-    assert slots.free == [0, 0]
-    assert not slots.add(0)
-    assert not slots.add_all([0])
-    assert {slots.take(0, ()), slots.take(0, ())} == {0, 1}
-    with pytest.raises(ValueError, match="no line of this kind"):
-        slots.take(0, ())
-
-
-@pytest.fixture(name="two")
-def two_fixture() -> Period:
-    """Return two stations; order 10 wants two of SKU 0 and one of SKU 1, order 11 one of SKU 0."""
-    lines = np.array([[0, 0, 2], [0, 1, 1], [1, 0, 1]]).T
-    return Period(holding([[0], [1]], 2), (0, 1), (3, 2), ((), ()), (10, 11), *lines)
-
-
-def test_the_objective_is_visits_and_free_places(two):
-    """Three items of five slots are assigned with two visits: 2 + 1.5 * 2. Only a limit ends a solve early.
-
-    The pod with SKU 1 is of use where a part needs it alone.
-    """
-    assert [is_useful(two, 1, station, (Part(0, 0, (0, 1)),)) for station in (0, 1)] == [True, False]
-    parts = (Part(0, 0, (0,)), Part(1, 1, (0,)))
-    assert items_of(two, parts) == 3
-    assert objective_of(two, parts, 2, 1.5) == 5.0
-    assert [Solution((), (), 2.0, 1.0, how).stopped_early for how in ("stopped", "flow")] == [True, False]
-    assert [is_whole(2), is_whole(1.5)] == [True, False]
-
-
-@cases(
-    "parts split",
-    ((Part(0, 0, (0, 1)), Part(1, 1, (0,))), []),
-    ((Part(0, 0, (0,)), Part(0, 1, (1,))), [0]),  # at two stations
-    ((Part(0, 0, (0,)),), [0]),  # a line stays in the backlog
-)
-def test_newly_split_orders(two, parts, split):
-    """An order is split at several stations or with a line left over, unless it was split before."""
-    assert newly_split(two, parts) == split
-    two.begun = (True, True)
-    assert newly_split(two, parts) == []
-
-
 A, B, C, D = range(4)
 
 
@@ -309,18 +146,6 @@ def placed(period: Period, model: Model, splits: int | None = None, weight: floa
 
 def known(proof: Proof) -> tuple[float, float]:
     return proof.bound, proof.incumbent.objective
-
-
-@cases(
-    "model counting apart",
-    (INTEGRATED, {0, 1}, False),  # an order is one part
-    (AMONG, {0, 1}, True),
-    (OVER_TIME, {1}, True),
-    (AMONG, set(), False),
-)
-def test_parts_are_told_apart_where_they_take_places(model: Model, counting: set[int], apart: bool) -> None:
-    period = counting_orders([[A, B]], [[A], [B]], (1, 1), counting_orders=frozenset(counting))
-    assert isinstance(builder_of(Reduced(period, model), 2, None), PartsBuilder) == apart
 
 
 APART = ([[A, B]], [[A], [B]], (1, 1), ((0,), (1,)))

@@ -28,7 +28,6 @@ from rmfs_rules.mip.printed.constraints import violation
 from rmfs_rules.mip.printed.models import solve_printed
 from rmfs_rules.mip.printed.solver import Limits, check_installed, new_model, optimise
 from rmfs_rules.mip.proof.parts import with_joining_lines
-from rmfs_rules.mip.proof.program import Program
 from rmfs_rules.mip.proof.proof import Proof
 from rmfs_rules.mip.proof.steps import by_nothing, by_solver, proof_of
 from rmfs_rules.mip.proof.ties import break_ties, order_gains, pod_gains
@@ -41,30 +40,6 @@ BOTH_PODS = ((0, 0), (1, 0))
 def reduced() -> Reduced:
     """Return two stations of two slots, and an order of two SKUs, each on a pod of its own."""
     return Reduced(period_of([[0, 1]], [[0], [1]], (2, 2)), Model.SPLIT_AMONG_STATIONS)
-
-
-def test_the_better_solution_is_kept(reduced: Reduced) -> None:
-    """Nothing assigned costs 8, the order 2 + 4; visits of no use are left out, and a pod that is there is none."""
-    proof = Proof(reduced, 2, Limits())
-    proof.offer((), (), "bounds")
-    assert proof.incumbent.objective == 8
-    proof.offer((*BOTH_PODS, (0, 1)), (WHOLE,), "search")
-    proof.offer((), (), "bounds")
-    assert (proof.incumbent.objective, proof.incumbent.how) == (6, "search")
-    assert proof.incumbent.visits == BOTH_PODS
-    reduced.period.inbound = ((0,), ())
-    proof = Proof(reduced, 2, Limits())
-    proof.offer(BOTH_PODS, (WHOLE,), "search")
-    assert (proof.incumbent.objective, proof.incumbent.visits) == (6, BOTH_PODS)
-
-
-def test_no_more_orders_are_split_than_allowed(reduced: Reduced) -> None:
-    split = Part(0, 0, (0,)), Part(0, 1, (1,))
-    for splits in (0, 1):
-        proof = Proof(reduced, 2, Limits(), splits)
-        proof.offer((), (), "bounds")
-        proof.offer(((0, 0), (1, 1)), split, "search")
-        assert proof.incumbent.objective == (6 if splits else 8)
 
 
 @pytest.mark.parametrize(("weight", "bound", "proven"), [(2, 5.0, False), (2, 5.1, True), (1.5, 4.9, False)])
@@ -171,15 +146,6 @@ def test_finish_is_the_best_of_all_optima(stations, seed):
     assert violation(period, found, Model.SPLIT_OVER_TIME, 2) is None
     best = max(finished(period, parts) for parts in optima(period, objective))
     assert finished(period, found.parts) == pytest.approx(best)
-
-
-def test_the_last_line_of_an_order_goes_first():
-    """A slot for one of three lines that the pod has: that of the order with no other line, though it is youngest."""
-    period = period_of([[0, 3, 4], [1, 3], [2]], [[0, 1, 2]], (1,), ((0,),))
-    proof = proof_of(period, Model.SPLIT_OVER_TIME, 2, Limits())
-    proof.run()
-    assert break_ties(proof, "finish").parts == (Part(2, 0, (2,)),)
-    assert break_ties(proof, "oldest").parts == (Part(0, 0, (0,)),)
 
 
 PREFERENCES = {
@@ -368,29 +334,6 @@ def test_each_thread_asks_for_its_own_number_of_threads() -> None:
     assert found == [(1, 3), (2, 3), (2, 3), (1, 3)]
 
 
-@pytest.mark.parametrize("solver", ["highs", "cbc"])
-def test_a_knapsack(solver):
-    """Of items worth 5, 4 and 3 with sizes 4, 3 and 2, room 5 takes the last two."""
-    program = Program(constant=10.0)
-    columns = [program.column(cost=-worth) for worth in (5.0, 4.0, 3.0)]
-    program.row(columns, [4.0, 3.0, 2.0], "<", 5.0)
-    outcome = program.solve(Limits(solver))
-    assert outcome.optimal
-    assert outcome.objective == pytest.approx(outcome.bound) == pytest.approx(3.0)
-    assert [round(value) for value in outcome.values] == [0, 1, 1]
-
-
-def test_programs_without_whole_columns_or_values():
-    """Half a unit where whole numbers are not asked for; what is infeasible has a bound above all, and no values."""
-    program = Program()
-    column = program.column(cost=-1.0, whole=False)
-    program.row([column], [2.0], "<", 1.0)
-    assert program.solve(Limits()).values == [pytest.approx(0.5)]
-    program.row([column], [1.0], ">", 2.0)
-    outcome = program.solve(Limits())
-    assert (outcome.values, outcome.bound) == (None, float("inf"))
-
-
 SPLIT = (Model.SPLIT_AMONG_STATIONS, Model.SPLIT_OVER_TIME)
 MANY = pytest.param(range(60, 160), marks=pytest.mark.slow, id="many")
 
@@ -571,18 +514,6 @@ def test_plentiful_stock_is_unlimited_stock(periods, model):
         plentiful = evolve(period, stock=stock)
         assert not len(Reduced(plentiful, model).scarce)
         assert optimum(plentiful, model) == optimum(period, model)
-
-
-def test_pods_share_lines_and_items():
-    """Three items of a line come from two pods; a pod at two stations has an item for two orders, wherever they go."""
-    large = evolve(period_of([[0]], [{0: 2}, {0: 1}, {0: 1}]), line_quantity=[3])
-    shared = period_of([[0], [0], [0]], [{0: 2}], (2, 2), [(0,), (0,)])
-    for model in Model:
-        solution = optimum(large, model)
-        assert (solution.objective, len(solution.visits)) == (2, 2)
-        assert (0, 0) in solution.visits
-        solution = optimum(shared, model)
-        assert (solution.objective, len(solution.parts)) == (6, 2)
 
 
 def test_solvers_agree_and_repeat(periods):

@@ -45,28 +45,6 @@ def run(rule: str, overrides: list[str], folder: Path | None = None) -> Result:
     return result
 
 
-@cases(
-    "wrong",
-    {"formulation": "short"},
-    {"solver": "glpk"},
-    {"threads": 0},
-    {"max_seconds": 0},
-    {"gap": -0.1},
-    {"unused_capacity_weight": 0},
-    {"tie_break": "youngest"},
-    {"formulation": "paper", "tie_break": "oldest"},  # the printed form leaves ties to the solver
-    {"preferred_pods": "far"},
-    {"formulation": "paper", "preferred_pods": "random"},
-    {"packing_capacity": -1},
-    {"effort": -1},
-    {"formulation": "paper", "effort": 5},
-    ids=str,
-)
-def test_wrong_parameters(wrong):
-    with pytest.raises(ValueError, match=list(wrong)[-1]):
-        SplitOverTime(**wrong)
-
-
 def test_a_solver_that_is_not_installed_is_said_before_the_run(monkeypatch):
     """Also by the aggregated form, which often needs no solver."""
     monkeypatch.setattr("mip.gurobi.has_gurobi", False)
@@ -81,16 +59,6 @@ def test_nothing_to_do(rule):
         assert (decision.assignments, decision.trips) == ((), ())
         assert decision.report.status == "optimal"
         assert decision.report.objective == decision.report.bound == 2 * 15
-
-
-def test_a_split_needs_fewer_visits():
-    """Example 1: two visits, each station one SKU of both orders."""
-    world = small_world({"1": ["a", "b"], "2": ["a", "b"]}, {"p": ["a"], "q": ["b"]}, capacities=(2, 2))
-    assert len(decide(Integrated(), world).trips) == 4
-    decision = decide(SplitAmongStations(), world)
-    assert isinstance(decision, JointDecision)
-    assert len(decision.trips) == 2
-    assert {(a.order, len(a.skus)) for a in decision.assignments} == {(0, 1), (1, 1)}
 
 
 @pytest.mark.parametrize("rule", RULES)
@@ -110,14 +78,6 @@ def test_more_split_orders_open_than_there_is_room_for():
     world.bind(world.pods[0], world.stations[0])
     assert world.split_orders_open == 1
     assert len(apply(world, decide(SplitOverTime(packing_capacity=0), world), 2, 0).assignments) == 2
-
-
-@pytest.mark.parametrize("rule", RULES[:2])
-def test_a_place_is_filled_whatever_its_order_costs(rule):
-    """Six lines on six pods: with W_u = 2 a slot for an item would not be worth them, one for the order is."""
-    world = small_world({"1": "abcdef"}, {sku: sku for sku in "abcdef"}, capacities=[1], counts_orders=True)
-    decision = decide(rule(), world)
-    assert (len(decision.assignments), len(decision.trips), decision.report.objective) == (1, 6, 6)
 
 
 def test_lines_join_the_place_of_their_order():
@@ -261,42 +221,3 @@ def test_example_2_integrated():
     sent = sorted((row["pod"], row["station"]) for row in result.visits)
     assert sent == [("1", "1"), ("2", "2"), ("3", "1"), ("4", "2")]
     assert result.metrics["pile_on"] == 3.0
-
-
-ASK_ALL = '''
-from typing import ClassVar
-from attrs import define
-from rmfs_core import hookimpl
-from rmfs_rules.mip import Integrated, SplitAmongStations, SplitOverTime
-
-@define
-class AskAll:
-    """Ask all three models in each period; decide as the one that is numbered."""
-    number: int = 0
-    splits_over_time: ClassVar[bool] = {splits}
-    @hookimpl
-    def assign_orders_and_pods(self, warehouse, rng):
-        rules = (Integrated, SplitAmongStations, SplitOverTime)
-        answers = [rule().assign_orders_and_pods(warehouse, rng) for rule in rules]
-        whole, among, over = (answer.report for answer in answers)
-        assert all(report.status == "optimal" for report in (whole, among, over)), "proposition 1"
-        assert among.objective <= whole.objective, "proposition 2"
-        assert over.objective <= among.objective, "proposition 3"
-        return answers[self.number]
-'''
-WORLD = [*SMALL, "instance.skus_per_pod=2", "instance.max_lines=4", "stations.queue_length=3", "rules.pp=free-flow"]
-
-
-@pytest.mark.parametrize("number", [0, 1, 2], ids=NAMES)
-@pytest.mark.parametrize(
-    ("seed", "orders", "skus", "pods", "capacity"),
-    [(1, 20, 8, 8, "6"), (2, 25, 5, 6, "[4, 7]"), (3, 40, 12, 10, "10"), (4, 30, 10, 12, "5")],
-)
-def test_propositions_in_every_period_of_a_run(tmp_path, seed, orders, skus, pods, capacity, number):
-    """Every period has a solution; splitting among stations is never worse, splitting over time never worse still."""
-    (tmp_path / "ask_all.py").write_text(ASK_ALL.format(splits=number == 2))
-    rule = f'rules.poa_pps={{rule="{tmp_path}/ask_all.py:AskAll", number={number}}}'
-    world = [f"seed={seed}", f"instance.orders={orders}", f"instance.skus={skus}", f"instance.pods={pods}"]
-    result = run("integrated", [*WORLD, *world, f"stations.item_capacity={capacity}", "robots.count=3", rule])
-    assert result.status == "complete"
-    assert result.metrics["periods"] > 10
