@@ -58,6 +58,9 @@ def test_nothing_is_assigned_before_a_station_opens(tiny_run: Prepare) -> None:
     instance = small_instance({str(i): ["a"] for i in range(4)}, {"p": ["a"], "q": ["a"]})
     run = tiny_run(instance, capacity=(2, 2), robots=2, change=hours({"1": (("06:00", "22:00"),)})).done()
     assert {event.station for event in run.of(events.OrderAssigned)} == {1}
+    run = tiny_run(ONE_ORDER, change=hours((("06:00", "22:00"),)))
+    run.simulation.start()
+    assert [(one.opens_s, one.closes_s) for one in run.warehouse.stations] == [(21_600, None)]
 
 
 def test_when_a_run_stands_still(tiny_run: Prepare) -> None:

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 import rmfs_core
 from replenished import RULES as REPLENISHED
 from replenished import prepared, replenished_world, scenario_of
-from rmfs_commands.processes.battery import battery_for_a_moment
 from rmfs_commands.states.restoring import begin_to_wait
 from rmfs_commands.testing import small_instance, small_world
 from rmfs_core import StandstillError, hookimpl
@@ -246,22 +245,6 @@ def test_orders_larger_than_any_station() -> None:
     assert request is not None
     world.fulfil(request, world.pods[0])
     assert world.fits_smallest(single_line=False)
-
-
-def test_pods_are_sent_and_robots_charged_otherwise() -> None:
-    world = small_world({}, {"p": ["a"], "q": ["a"]}, capacities=[5, 5])
-    for pod in world.pods:
-        for station in world.stations:
-            world.bind(pod, station)
-    world.reroute(world.pods[0], [1, 0])
-    assert [pod.bound_for for pod in world.pods] == [(1, 0), (0, 1)]
-    assert [[pod.id for pod in station.inbound_pods] for station in world.stations] == [[0, 1], [0, 1]]
-    robot = (world := small_world({}, {"p": ["a"]})).robots[0]
-    assert (robot.charge, robot.low) == (None, False)
-    world.put_battery(robot, battery_for_a_moment(0.25, low=True))
-    assert (robot.charge, robot.low, robot.idle) == (0.25, True, False)
-    world.put_battery(robot, battery_for_a_moment(0.5, low=False))
-    assert (robot.charge, robot.low, robot.idle) == (0.5, False, True)
 
 
 def test_a_secured_item_is_not_given_away() -> None:
