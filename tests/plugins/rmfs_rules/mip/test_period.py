@@ -42,6 +42,18 @@ def test_it_is_read_off_the_warehouse():
     assert period.visits_before == 1
 
 
+def test_entries_without_items_are_left_out(scarce_periods):
+    rng = np.random.default_rng(3)
+    for stock in (period.stock for period in scarce_periods[:20]):
+        numbers, held = rng.integers(0, 3, len(stock.sku)), [dict[int, int]() for _ in stock.pods]
+        for pod, sku, number in zip(stock.pod.tolist(), stock.sku.tolist(), numbers.tolist(), strict=True):
+            held[pod] |= {sku: number} if number else {}
+        fewer = stock.with_items(numbers)
+        assert [fewer.items_on(pod) for pod in stock.pods] == held
+        assert [fewer.skus_of(pod).tolist() for pod in stock.pods] == [[*items] for items in held]
+        assert [set(np.flatnonzero(row)) for row in fewer.holds] == [set(items) for items in held]
+
+
 def test_what_no_station_can_take_is_left_out():
     """An order of three items, stations of two slots: integrated drops it, the split models do not."""
     period = period_of([[0, 1, 2], [3]], [(0, 1, 2)], (2, 2))
@@ -100,6 +112,24 @@ def test_one_by_one_is_the_most(capacities, masks):
     assert (np.bincount(stations, minlength=len(capacities)) <= capacities).all()
 
 
+def test_lines_of_an_order_and_preferred_stations():
+    """Where one line of an order finds no slot, the others give theirs back.
+
+    Lines of a kind are interchangeable, so any station where some stand may be named; then they are used up.
+    """
+    slots = Slots.covered([1, 1], [1, 3])
+    assert not slots.add_all([1, 1])
+    assert slots.free == [1, 1]
+    assert slots.add_all([3, 1])
+    assert slots.free == [0, 0]
+    slots = Slots.covered([1, 1], [3])
+    assert slots.add(3)
+    assert slots.add(3)
+    assert [slots.take(3, [1]), slots.take(3, [1])] == [1, 0]
+    with pytest.raises(ValueError, match="no line of this kind"):
+        slots.take(3, [1])
+
+
 def test_what_is_short(scarce_periods):
     rng = np.random.default_rng(2)
     named = 0
@@ -123,6 +153,25 @@ def test_what_is_short(scarce_periods):
 
 def test_unlimited_stock_is_never_short():
     assert short_of(random_period(0), (), (Part(0, 0, (0,)),)) is None
+
+
+def test_items_move_between_pods():
+    """One item on a pod at two stations of one slot, one on a pod at the first alone: the first has to move.
+
+    A third finds none, and nothing changes; of an order all lines find slots, or none.
+    """
+    shared = period_of([[0], [0], [0]], [{0: 1}, {0: 1}], (1, 1), [(0, 1), (0,)])
+    slots = Slots.from_stock(shared, ())
+    assert not slots.add_all([0, 0, 0])
+    assert slots.free == [1, 1]
+    assert slots.add(0)
+    assert slots.add_all([0])
+    assert slots.free == [0, 0]
+    assert not slots.add(0)
+    assert not slots.add_all([0])
+    assert {slots.take(0, ()), slots.take(0, ())} == {0, 1}
+    with pytest.raises(ValueError, match="no line of this kind"):
+        slots.take(0, ())
 
 
 A, B, C, D = range(4)

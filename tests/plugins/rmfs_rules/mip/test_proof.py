@@ -42,6 +42,30 @@ def reduced() -> Reduced:
     return Reduced(period_of([[0, 1]], [[0], [1]], (2, 2)), Model.SPLIT_AMONG_STATIONS)
 
 
+def test_the_better_solution_is_kept(reduced: Reduced) -> None:
+    """Nothing assigned costs 8, the order 2 + 4; visits of no use are left out, and a pod that is there is none."""
+    proof = Proof(reduced, 2, Limits())
+    proof.offer((), (), "bounds")
+    assert proof.incumbent.objective == 8
+    proof.offer((*BOTH_PODS, (0, 1)), (WHOLE,), "search")
+    proof.offer((), (), "bounds")
+    assert (proof.incumbent.objective, proof.incumbent.how) == (6, "search")
+    assert proof.incumbent.visits == BOTH_PODS
+    reduced.period.inbound = ((0,), ())
+    proof = Proof(reduced, 2, Limits())
+    proof.offer(BOTH_PODS, (WHOLE,), "search")
+    assert (proof.incumbent.objective, proof.incumbent.visits) == (6, BOTH_PODS)
+
+
+def test_no_more_orders_are_split_than_allowed(reduced: Reduced) -> None:
+    split = Part(0, 0, (0,)), Part(0, 1, (1,))
+    for splits in (0, 1):
+        proof = Proof(reduced, 2, Limits(), splits)
+        proof.offer((), (), "bounds")
+        proof.offer(((0, 0), (1, 1)), split, "search")
+        assert proof.incumbent.objective == (6 if splits else 8)
+
+
 @pytest.mark.parametrize(("weight", "bound", "proven"), [(2, 5.0, False), (2, 5.1, True), (1.5, 4.9, False)])
 def test_bound_and_solution_meet(reduced: Reduced, weight: float, bound: float, proven: bool) -> None:
     """With a whole W_u, a bound above the next whole number proves as much as one that is reached."""
