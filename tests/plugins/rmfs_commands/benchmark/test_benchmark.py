@@ -70,9 +70,6 @@ class TestSet:
     def test_instances_are_made_as_frozen(self, one: Any) -> None:
         assert made_checksum(one.scenario) == one.checksum
 
-    def test_another_seed_has_another_checksum(self) -> None:
-        assert made_checksum(SMALLEST.scenario.with_seed(1)) != SMALLEST.checksum
-
     def test_an_order_table_has_quantities_and_customers_who_come_back(self) -> None:
         shops, people = (make_instance(SET.find(f"table-{kind}").scenario) for kind in ("wholesale", "retail"))
         lines = [[line for order in one.orders for line in order.lines] for one in (shops, people)]
@@ -149,11 +146,6 @@ class TestClaims:
         claims = [claim(7, offline=True), claim(7, rule="lns"), claim(8)]
         assert best_of(claims, one)["pod_station_visits"].rules == {"poa_pps": "lns"}
         assert without_beaten(claims, SET) == [claims[1]]
-
-    def test_a_file_of_claims_reads_back(self, tmp_path: Path) -> None:
-        file = tmp_path / "mine.jsonl"
-        file.write_text(claim_line(claim(7)))
-        assert read_claims(file) == [claim(7)]
 
     @cases(
         "changed said",
