@@ -426,8 +426,6 @@ def test_tables_and_json(capsys: pytest.CaptureFixture[str], monkeypatch: pytest
 
 @cases(
     "arguments sentence",
-    (("examples/smal",), "smal"),
-    (("examples/small", "--set", "instance.ordrs=5"), "ordrs"),
     (("examples/small", "--set", "instance.pods=1000"), "1000 pods, but the layout has"),
     (("examples/from-csv", "--set", 'instance.pods_at_stations={"1"=["none"]}'), "there is no pod none"),
 )

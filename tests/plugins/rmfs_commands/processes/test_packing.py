@@ -131,15 +131,6 @@ def test_a_split_order_has_a_box_of_its_own_until_it_is_packed(tiny_run, rule, c
     assert boxes == {}
 
 
-def test_a_part_over_time_waits_for_the_rest_of_it_at_its_station(tiny_run: Prepare) -> None:
-    """Its first line is picked; the rest is assigned afterwards. By visits its totes are as many as visits."""
-    for tote, least in (("part", 1), ("visit", 2)):
-        run = tiny_run(INSTANCE, capacity=9, robots=3, change=packing(tote=tote), poa_pps="pod-index").done()
-        totes = [sum(event.order == order.id for event in run.of(PartSent)) for order in run.warehouse.orders]
-        assert max(totes) >= least
-        assert all(number == 1 for number, order in zip(totes, run.warehouse.orders, strict=True) if not order.split)
-
-
 @cases(
     "rules keys told",
     ({"poa_pps": Scripted(often=3, careless=True)}, {}, "split 2 orders; free boxes at the packing stations: 1"),

@@ -57,21 +57,6 @@ def at_station(warehouse: Warehouse, sku: int, items: int) -> Bundle:
     return bundle
 
 
-def test_a_bundle_takes_space_as_soon_as_its_pod_is_chosen() -> None:
-    warehouse = replenished_world({"1": {"a": 1}}, {"p": {"a": 3}}, pod_capacity=10, sizes=(2,))
-    pod, (station, _) = warehouse.pods[0], warehouse.stations
-    assert pod.free_space == 4
-    bundle = at_station(warehouse, 0, 2)
-    assert warehouse.bind_bundle(bundle, pod) is warehouse.stations[1]
-    assert (bundle.size, pod.free_space, pod.bundles, pod.bound_for) == (4, 0, (bundle,), (1,))
-    warehouse.store_bundle(bundle, pod)
-    assert (pod.free_space, pod.contents, pod.bundles, warehouse.stations[1].bundles) == (0, {0: 5}, (), ())
-    warehouse.bind(pod, station)
-    warehouse.assign(warehouse.orders[0], station, [0])
-    warehouse.fulfil(station.open_requests[0], pod)
-    assert pod.free_space == 2
-
-
 def test_stored_items_cover_requests_where_the_pod_is_bound_for() -> None:
     warehouse = replenished_world({"1": {"b": 1}}, {"p": {"a": 1}})
     pod, station = warehouse.pods[0], warehouse.stations[0]

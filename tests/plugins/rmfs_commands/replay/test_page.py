@@ -80,14 +80,6 @@ def test_the_page_is_shown_in_a_frame(day: Path, short: Path, replay: Replay) ->
     assert frame_of(rmfs_commands.replay.replay(day, short))["title"] == "Replay of day and short"
 
 
-def test_pages_of_two_runs_or_too_large_ones(day: Path, short: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert frame_of(rmfs_commands.replay.replay(day, short))["title"] == "Replay of day and short"
-    monkeypatch.setattr(notebook, "MOST_BYTES", 1000)
-    shown = attrs.evolve(rmfs_commands.replay.replay(day), name="<b>")._repr_html_()
-    assert shown.startswith("<p>The replay of &lt;b&gt; has 0.1 MB; ")
-    assert "<code>rmfs replay</code> writes it as a file" in shown
-
-
 called = partial(exit_code, "replay")
 
 

@@ -23,7 +23,7 @@ from rmfs_commands.reproduction.distributions import (
     truncated_geometric,
 )
 from rmfs_commands.reproduction.estimates import Estimate, estimate, mean_of, metric, relative
-from rmfs_commands.reproduction.extensions import example_tables, large_tables, packing_tables, prefilter_tables
+from rmfs_commands.reproduction.extensions import large_tables, packing_tables, prefilter_tables
 from rmfs_commands.reproduction.grids import number, settings_grid, statements_grid, table_grid
 from rmfs_commands.reproduction.html import to_html
 from rmfs_commands.reproduction.instance_sets import METHODS, implied_makespan, instance_set_tables
@@ -123,20 +123,6 @@ def test_figures_of_the_packing_capacity_and_large_sets(row) -> None:
     rows = [row(name, psv_per_order=number) for name, number in visits.items()]
     (table,) = packing_tables(rows, load_paper())
     assert [line.verdict for line in table.lines] == ["in range", "below"]
-
-
-def test_examples(row) -> None:
-    rows = [
-        row(instance="examples/example-2-sequential", pod_station_visits=6, pile_on=2.0),
-        row(instance="examples/example-2-integrated", pod_station_visits=5, pile_on=2.4),
-    ]
-    (table,) = example_tables(rows, load_paper())
-    verdicts = {line.label: line.verdict for line in table.lines}
-    assert verdicts["example-2-sequential", "visits"] == "in range"
-    assert verdicts["example-2-sequential", "pile-on"] == "in range"
-    assert verdicts["example-2-integrated", "visits"] == "above"
-    assert verdicts["example-2-integrated", "pile-on"] == "below"
-    assert verdicts["example-1-integrated", "visits"] == "no complete run"
 
 
 def tables_of(rows) -> dict[str, Table]:

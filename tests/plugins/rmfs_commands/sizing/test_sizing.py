@@ -114,16 +114,13 @@ def test_where_rules_fail_those_that_serve_best_are_tried(poisson, here, tmp_pat
     assert again.other_rules is None
 
 
-def test_rooms_and_maps(here: Any, tmp_path: Path, poisson: Scenario) -> None:
+def test_rooms_and_maps(here: Any, tmp_path: Path) -> None:
     scenario = load_scenario("examples/text-map", ["instance.orders=8", "rules.pp=free-flow"])
     target = Target("turnover_p95_s", 5000, seeds=(1, 2))
     with pytest.raises(InputError, match="--stations: the map of the scenario has"):
         size(scenario, "map", target, store=tmp_path, workers=here, stations=(1, 9))
     answer = size(scenario, "map", target, store=tmp_path, workers=here, robots=(2, 2))
     assert [one.second for one in answer.frontier] == [2]
-    target = Target("turnover_p95_s", 300)
-    with pytest.raises(InputError, match="--robots: found 500; the layout has 80 storage locations"):
-        size(poisson, "hall", target, store=tmp_path, workers=here, robots=(1, 500))
 
 
 def answer_of(*frontier: tuple[int, int], undecided: tuple[tuple[int, int], ...] = ()) -> Answer:
@@ -324,8 +321,6 @@ def test_what_is_impossible_is_not_run(poisson: Scenario, here: Any, tmp_path: P
 
 
 def test_a_metric_that_runs_do_not_have(poisson: Scenario, here: Any, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r'there is no metric "turnover_p96_s" \(did you mean `turnover_p95_s`'):
-        trials(poisson, Target("turnover_p96_s", 5), tmp_path, here).passes(2, 3)
     with pytest.raises(InputError, match="=5: these runs have no `bundle_turnover_s`: nothing in"):
         trials(poisson, Target("bundle_turnover_s", 5), tmp_path, here).passes(2, 3)
 
@@ -343,7 +338,6 @@ def test_sides_of_the_hall(poisson: Scenario) -> None:
     assert worlds.changes(3, 7) == {"layout.stations_east": 2, "layout.stations_west": 1, "robots.count": 7}
     assert worlds.of_size(3, 7).robots.count == 7
     worlds, target = Worlds(poisson, [1]), Target("turnover_p95_s", 1e6)
-    assert "at most 2 fit" in str(worlds.obstacle(5, 2, target))
     assert "81 robots; the layout has 80 storage locations" in str(worlds.obstacle(2, 81, target))
     listed = Worlds(evolve(poisson, stations=StationsSection(item_capacity=(15, 10))), [1])
     assert listed.obstacle(2, 2, target) is None
@@ -510,7 +504,7 @@ def test_a_run_that_fails_ends_with_code_1(folder: Path, capsys: pytest.CaptureF
     (("--p95", "900", "--robots", "0-4"), "expected a number from 1 on, or two such as 2-6, found 0-4"),
     (("--p95", "900", "--stations", "5-2"), "or two such as 2-6, found 5-2"),
     (("--p95", "900", "--stations", "2-9999"), "--stations: found 9,999; expected 200 at most"),
-    (("--p95", "900", "--robots", "1-999"), "found 999; the layout has"),
+    (("--p95", "900", "--robots", "1-999"), "--robots: found 999; the layout has 80 storage locations"),
     (("--p95", "900", "--robot-cost", "3"), "--robot-cost and --station-cost together, or neither"),
     (("--p95", "900", "--set", "instance.pods=1000"), "1000 pods, but the layout has"),
     (("--p95", "900", "--boxes", "4"), "--packers, --boxes: the scenario has no packing stations; expected one with a"),

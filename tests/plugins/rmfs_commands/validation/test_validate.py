@@ -247,15 +247,11 @@ def test_many_faults_are_cut_off(copied: Path, capsys: pytest.CaptureFixture[str
     assert "NOT CHECKED: WHETHER ROBOTS COLLIDE, as --no-collisions asks." in capsys.readouterr().out
 
 
-def test_what_cannot_be_read(copied: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_cannot_be_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert code_of(str(tmp_path)) == 2
     assert capsys.readouterr().err == f"Error: {tmp_path}: has no trace.jsonl.gz; `rmfs run --trace` records one\n"
     assert code_of(str(tmp_path / "nowhere")) == 2
-    (copied / "result.json").write_text("{", encoding="utf-8")
-    assert code_of(str(copied)) == 2
-    (copied / "trace.jsonl.gz").write_bytes(b"no trace")
-    assert code_of(str(copied)) == 2
-    assert [line[:7] for line in capsys.readouterr().err.splitlines()] == ["Error: "] * 3
+    assert capsys.readouterr().err.startswith(f"Error: {tmp_path}/nowhere: ")
 
 
 def test_every_kind_of_fault_is_found_and_shown_by_a_test() -> None:
