@@ -18,6 +18,7 @@ from rmfs_commands.testing import small_world
 from rmfs_core import JointDecision, OrderAssignment, PodTrip
 from rmfs_core.warehouse import CAPACITY, UNLIMITED, Pod, Station, Warehouse, WarehouseView
 from rmfs_core.world.travel import travel_on
+from rmfs_rules.first_come import FirstCome
 from rmfs_rules.helpers import assign_best_pairs, send_pods
 from rmfs_rules.helpers.late import SHUT, assign_late
 from rmfs_rules.helpers.oversize import Oversize, with_oversize
@@ -27,6 +28,7 @@ from rmfs_rules.helpers.searching import free_for_good, gap_at, search_once
 from rmfs_rules.sipp.windows import narrow
 from rmfs_rules.whca.compiled import last_end
 from rmfs_traffic import FOREVER, Reservations, roads_on
+from standing import assigned, put_at_station
 
 
 @define
@@ -64,6 +66,13 @@ def test_scores_are_asked_for_again_where_they_changed() -> None:
     assert assign_best_pairs(view, score, assigned) == [OrderAssignment(0, 0), OrderAssignment(1, 0)]
     assert asked == [0, 1, 0]
     assert told == [(0, 0), (0, 1)]
+
+
+def test_a_fast_lane_has_each_item_of_the_pod_for_one_order() -> None:
+    world = small_world({"1": ["b"], "2": ["a"], "3": ["a"]}, {"P": {"a": 1, "b": 1}}, capacities=(3,))
+    put_at_station(world, 0)
+    world.assign(world.orders[0], world.stations[0], [world.orders[0].lines[0].sku])
+    assert assigned(world, FirstCome(fast_lane=2)) == [("2", 0)]
 
 
 def test_nothing_to_assign() -> None:
