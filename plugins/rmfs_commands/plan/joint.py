@@ -56,6 +56,11 @@ def plan_jointly(
         limited.
     rng
         Draws groups, orders, and moves of first paths that are alike.
+
+    Returns
+    -------
+    tuple[Plan, ...]
+        One for each trip, in the same order.
     """
     search = Search(roads, planner, trips, first_paths(roads, trips, CONFIGURATIONS, rng), rng)
     search.shorten_alone(LITTLE)
