@@ -3,8 +3,8 @@
 The first paths are slow, for robots push each other out of their ways. Each robot plans again alone, all others keeping
 their paths, in rounds until one takes back less than a hundredth of all delay. Then a robot with a delay and some of
 those in its way give up theirs and plan again in another order; what costs less is kept. At last each robot plans again
-alone until none arrives earlier. Robots that first paths bring elsewhere than to their goals keep these, if none finds
-another one when the first paths are there.
+alone until none arrives earlier. A robot that the first paths bring elsewhere than to its goal plans once more alone at
+first, and keeps its path if it finds none.
 
 Nothing depends on seconds: effort is counted in queries.
 

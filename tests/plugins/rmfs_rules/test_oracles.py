@@ -30,9 +30,9 @@ ELSEWHERE = {
     "integrated": "tests/plugins/rmfs_rules/mip: a model of its own, solved without what the rule knows",
     "split-among-stations": "tests/plugins/rmfs_rules/mip",
     "split-over-time": "tests/plugins/rmfs_rules/mip",
-    "sipp": "tests/plugins/rmfs_rules/sipp: a plain search",
-    "pbs": "tests/plugins/rmfs_rules/sipp",
-    "whca-n": "tests/plugins/rmfs_rules/whca: a plain search",
+    "sipp": "tests/plugins/rmfs_rules/test_paths.py: a plain search",
+    "pbs": "tests/plugins/rmfs_rules/test_paths.py",
+    "whca-n": "tests/plugins/rmfs_rules/test_paths.py: a plain search",
 }
 """Rules that are compared in other tests, and where."""
 
