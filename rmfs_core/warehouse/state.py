@@ -158,11 +158,11 @@ class Warehouse:
         sizes = self.backlog.line_sizes if single_line else self.backlog.sizes
         if not sizes:
             return False
-        smallest, alone = min(sizes), max(self.backlog.sizes) > self.largest_capacity
         for s in self.picking:
-            if s._staffed and s._active and s._in_service:
-                fits = s.capacity - s._load >= (1 if s.counts_orders else smallest)
-                if fits or (alone and not s._load):
+            if s.capacity > s._load and s._staffed and s._active and s._in_service:
+                if s.counts_orders or s.capacity - s._load >= min(sizes):
+                    return True
+                if not s._load and max(self.backlog.sizes) > self.largest_capacity:
                     return True
         return False
 

@@ -212,7 +212,8 @@ class Bottleneck:
                     self._collect_left(order, delays.since(arrival))
         if not done:
             return counted
-        ticks = dict(zip(delays.columns, np.array([delays.times[order] for order in done]).T, strict=True))
+        times = np.frombuffer(b"".join([delays.times[order] for order in done]), dtype=np.int64)
+        ticks = dict(zip(delays.columns, times.reshape(len(done), -1).T, strict=True))
         arrivals, picks = np.array([delays.since(delays.arrival[i]) for i in done]), [delays.picks[i] for i in done]
         picking = {pick: self._picking(*pick) for pick in set(picks)}
         own = np.minimum([picking[pick] for pick in picks], ticks["station_s"])

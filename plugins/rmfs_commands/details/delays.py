@@ -203,8 +203,7 @@ class Delays:
         self._note_done(event.tick)
 
     def _note_done(self, tick: int) -> None:
-        over = len(self.times) + len(self.cancelled.keys() | self._over_before)
-        if self._known and over == len(self._orders):
+        if self._known and len(self.times) + len(self.cancelled.keys() | self._over_before) == len(self._orders):
             self.all_done = tick
             self._robots.picked(tick)
 
