@@ -85,8 +85,10 @@ def mutants_of(file: Path) -> Iterator[Mutant]:
         if "\n" not in before and before.strip() != after.strip():
             yield Mutant(file.relative_to(ROOT).as_posix(), node.lineno, begin, end, before, after)
 
-    for node in ast.walk(ast.parse(content)):
-        if not isinstance(node, ast.expr):
+    tree = ast.parse(content)
+    kept = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.keyword) and node.arg == "cache"}
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.expr) or id(node) in kept:  # whether compiled code is stored, no result shows
             continue
         begin, end = place(node.lineno, node.col_offset), place(node.end_lineno or 0, node.end_col_offset or 0)
         match node:

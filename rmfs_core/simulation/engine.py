@@ -224,10 +224,11 @@ class Simulation:
         """Stand at the station while the pod serves requests there; return where the robot carries it on to."""
         if going is None:
             self.visits += 1
-            at, picks = Going("picker", robot.id, visit=self.visits), 0
+            at = Going("picker", robot.id, visit=self.visits)
             self._tell(events.VisitStarted(self.now, at.visit, robot=robot.id, pod=pod.id, station=station.id))
         else:
-            at, picks = Going("picker", robot.id, visit=going.visit), going.picks
+            at = going
+        picks = at.picks
         while True:
             request = next_request(station, pod)
             if going is not None:
@@ -237,19 +238,17 @@ class Simulation:
                 self.warehouse.promises.secure(request, pod)
             elif bundle is None:
                 break
+            at = Going("picker", robot.id, None, None if request is None else request.sku, visit=at.visit, picks=picks)
             if going is None or going.kind == "picker":
-                if (free := self.warehouse.picker_free(station)) > self.now or not station.in_service:
-                    at = at._replace(sku=None if request is None else request.sku, picks=picks)
-                    if free > self.now:
-                        yield self._until(free, at)
-                    if not station.in_service:
-                        yield self.outages.repaired(station, at)
+                if (free := self.warehouse.picker_free(station)) > self.now:
+                    yield self._until(free, at)
+                if not station.in_service:
+                    yield self.outages.repaired(station, at)
                 going = None
             if request is not None:
-                yield from self._pick(request, pod, station, at if going is None else going, picks)
-                picks += 1
+                picks += yield from self._pick(request, pod, station, at if going is None else going)
             elif bundle is not None:
-                yield from self._store_bundle(bundle, pod, station, at if going is None else going, picks)
+                yield from self._store_bundle(bundle, pod, station, at if going is None else going)
             going = None
         following = self._leave(robot, pod, station)
         next_station = None if following is None else following.id
@@ -258,13 +257,13 @@ class Simulation:
             self.env.process(self.packing.visit_ended(station.id, self.warehouse.picker_free(station)))
         return following
 
-    def _pick(self, request: Request, pod: Pod, station: Station, at: Going, picks: int) -> Process:
+    def _pick(self, request: Request, pod: Pod, station: Station, at: Going) -> Generator[simpy.Event, Any, int]:
         if at.kind != "pick":
             item = station.id, at.visit, request.order.id, request.sku
             pick_ticks, handle_ticks, expected = self.services.pick(*item, self.now)
             self.warehouse.occupy_picker(station, self.now + handle_ticks, self.now + expected)
             now, ends = self.now, self.now + pick_ticks
-            at = Going("pick", at.robot, None, request.sku, 0, at.visit, picks, now, tick=ends)
+            at = Going("pick", at.robot, sku=at.sku, visit=at.visit, picks=at.picks, since=now, tick=ends)
         picker_free = self.warehouse.picker_free(station)
         yield self._until(at.tick, at)
         self.warehouse.fulfil(request, pod, handled=False)
@@ -277,12 +276,13 @@ class Simulation:
             self.decisions.round()
         else:
             self._release(request, picker_free)
+        return 1
 
-    def _store_bundle(self, bundle: Bundle, pod: Pod, station: Station, at: Going, picks: int) -> Process:
+    def _store_bundle(self, bundle: Bundle, pod: Pod, station: Station, at: Going) -> Process:
         if at.kind != "stow":
             ticks, expected = self.services.store(station.id, bundle.id, self.now)
             self.warehouse.occupy_picker(station, self.now + ticks, self.now + expected)
-            at = at._replace(kind="stow", sku=None, picks=picks, since=self.now, tick=self.now + ticks)
+            at = at._replace(kind="stow", since=self.now, tick=self.now + ticks)
         yield self._until(at.tick, at)
         served = self.warehouse.store_bundle(bundle, pod)
         stored = at.since, at.visit, station.id, pod.id, bundle.id, bundle.sku, bundle.items

@@ -98,31 +98,22 @@ class Order(ReadOnly):
     priority: int
     lines: tuple[OrderLine, ...]
     items: int
-    _now: Callable[[], int]
-    _open: dict[int, OrderLine]
-    _parts: list[Part]
-    _packing: OrderPacking | None
-    _waits: bool
-    _cancelled: bool
 
     def __init__(self, order_id: int, data: OrderData, now: Callable[[], int]) -> None:
-        lines = tuple([OrderLine(sku, quantity) for sku, quantity in data.lines])
-        due_tick = data.due_tick
-        put(self, "_now", now)
         put(self, "id", order_id)
         put(self, "name", data.name)
         put(self, "arrival_tick", data.arrival_tick)
         put(self, "arrival_s", to_seconds(data.arrival_tick))
-        put(self, "due_tick", due_tick)
-        put(self, "due_s", None if due_tick is None else to_seconds(due_tick))
+        put(self, "due_tick", data.due_tick)
+        put(self, "due_s", None if data.due_tick is None else to_seconds(data.due_tick))
         put(self, "priority", data.priority)
-        put(self, "lines", lines)
+        put(self, "lines", tuple([OrderLine(sku, quantity) for sku, quantity in data.lines]))
         put(self, "items", data.items)
-        put(self, "_open", {line.sku: line for line in lines})
-        put(self, "_parts", [])
-        put(self, "_packing", None)
-        put(self, "_waits", False)
-        put(self, "_cancelled", False)
+        self._now = now
+        self._open: dict[int, OrderLine] = {line.sku: line for line in self.lines}
+        self._parts: list[Part] = []
+        self._packing: OrderPacking | None = None
+        self._waits = self._cancelled = False
 
     def renew(self, order_id: int, now: Callable[[], int]) -> bool:
         """Take an id and a clock in another warehouse; return whether it is as it arrived."""
@@ -205,19 +196,13 @@ class Part(ReadOnly):
     order: Order
     station: int
     period: int
-    _skus: list[int]
-    _items: int
-    _picked: int
-    _done: int
 
     def __init__(self, order: Order, station: int, period: int) -> None:
         put(self, "order", order)
         put(self, "station", station)
         put(self, "period", period)
-        put(self, "_skus", [])
-        put(self, "_items", 0)
-        put(self, "_picked", 0)
-        put(self, "_done", 0)
+        self._skus: list[int] = []
+        self._items = self._picked = self._done = 0
 
     @property
     def skus(self) -> tuple[int, ...]:

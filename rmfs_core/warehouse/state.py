@@ -159,11 +159,10 @@ class Warehouse:
         if not sizes:
             return False
         for s in self.picking:
-            if s.capacity > s._load and s._staffed and s._active and s._in_service:
-                if s.counts_orders or s.capacity - s._load >= min(sizes):
-                    return True
-                if not s._load and max(self.backlog.sizes) > self.largest_capacity:
-                    return True
+            if (free := s.free_capacity) and (s.counts_orders or free >= min(sizes)):
+                return True
+            if free and not s._load and max(self.backlog.sizes) > self.largest_capacity:
+                return True
         return False
 
     def leaving_pods(self) -> tuple[Pod, ...]:

@@ -11,7 +11,6 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from rmfs_core import JointDecision
-from rmfs_rules.helpers import items_per_order
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Order, Station, WarehouseView
@@ -50,14 +49,14 @@ class Oversize:
         over_time
             Whether some of them may stay in the backlog besides.
         """
-        lines, largest = warehouse.backlog_lines, warehouse.largest_capacity
-        if lines.quantity.sum() <= largest:
+        lines, largest = warehouse.lines, warehouse.largest_capacity
+        if lines.items.sum() <= largest:
             return None
         most: float = largest
         if splits:
             all_together = sum(station.capacity for station in warehouse.stations if station.open)
             most = math.inf if over_time else max(all_together, largest)
-        large = items_per_order(warehouse) > most
+        large = lines.items > most
         large[lines.order[lines.quantity > largest]] = True
         return cls._oldest(warehouse, large, max_wait_s)
 
@@ -69,14 +68,15 @@ class Oversize:
         """
         if any(station.load for station in warehouse.stations):
             return None
-        return cls._oldest(warehouse, items_per_order(warehouse) > warehouse.largest_capacity, 0.0)
+        return cls._oldest(warehouse, warehouse.lines.items > warehouse.largest_capacity, 0.0)
 
     @classmethod
     def _oldest(cls, warehouse: WarehouseView, large: NDArray[np.bool_], max_wait_s: float) -> Oversize | None:
+        """Return the oldest of the orders that are large, by row."""
         stations = [station for station in warehouse.stations if station.open]
         if not stations or not large.any():
             return None
-        order = warehouse.backlog[int(large.argmax())]
+        order = warehouse.order(int(warehouse.lines.order_id[large.argmax()]))
         station = min(stations, key=lambda station: (station.load, station.id))
         return cls(order, station, warehouse.now_s - order.arrival_s >= max_wait_s)
 

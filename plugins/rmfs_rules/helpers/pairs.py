@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -47,7 +46,7 @@ class Pairs:
         The warehouse now.
     table
         Largest worth of a SKU at a station: an order scores the sum over its open lines of min(items, table[station,
-        SKU]) there. Shape (stations, n_skus). Left out: all orders score the same. It may be changed in place (`change`).
+        SKU]) there. Shape (stations, n_skus). Left out: all orders score the same. `change` changes it in place.
     scores
         Instead of ``table``: scores of all orders at each station, below 0: never there; shape (stations, orders), by
         row. Whoever changes it says so (`forget`).
@@ -84,10 +83,11 @@ class Pairs:
     ) -> None:
         self.warehouse, self.lines, self.stations = warehouse, warehouse.lines, warehouse.stations
         orders, number, self._queued = len(self.lines.items), len(self.stations), queues is not None
+        nothing = np.zeros((number, 0), np.int64)
         self.taken = np.zeros(orders, np.bool_)
         self._scores = search.Scores(
-            _none_of(number, np.int64) if table is None else np.require(table, np.int64, "CW"),
-            _none_of(number, np.float64) if scores is None else _own(scores),
+            nothing if table is None else np.require(table, np.int64, ("C", "W")),
+            nothing.view(np.float64) if scores is None else _own(scores),
             np.zeros(orders),
         )
         self._order = search.Precedence(
@@ -112,7 +112,7 @@ class Pairs:
             heads,
             warehouse.largest_capacity,
             np.zeros(number) if extra is None else _own(extra),
-            _none_of(number, np.bool_) if self._queued else places_taken(warehouse),
+            nothing.astype(np.bool_) if self._queued else places_taken(warehouse),
             fast_lane,
             coming,
             of_pod,
@@ -351,12 +351,6 @@ def load() -> None:
     search.assign(lines, order, at, 0, 0)
 
 
-@cache
-def _none_of(stations: int, kind: type) -> NDArray[Any]:
-    """Return an array that says nothing of any station, shape (stations, 0)."""
-    return np.zeros((stations, 0), kind)
-
-
 def _own(values: Floats) -> Floats:
     """Return an array that is changed in place as compiled functions take it; ValueError for another kind."""
     if values.dtype != np.float64 or not values.flags.writeable:
@@ -377,7 +371,7 @@ def places_taken(warehouse: WarehouseView) -> Flags:
     lines, stations = warehouse.lines, warehouse.stations
     begun = lines.begun.tolist() if warehouse.split_orders_open else []
     if not begun:
-        return _none_of(len(stations), np.bool_)
+        return np.zeros((len(stations), 0), np.bool_)
     placed = np.zeros((len(stations), len(lines.items)), np.bool_)
     for row in begun:
         order = warehouse.order(int(lines.order_id[row]))
