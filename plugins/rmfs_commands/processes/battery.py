@@ -67,11 +67,11 @@ class Battery:
     @property
     def share(self) -> float:
         """Its charge now as a share of the capacity."""
-        return self.left_j(self.clock(), self.charging) / self.capacity_j
+        return self.left_now_j / self.capacity_j
 
     @property
     def low(self) -> bool:
-        """Whether its charge is too low for a task: it may be no longer only where a charger charges it."""
+        """Whether its charge is too low for a task. Standing does not make it so, only a charger ends it."""
         return self.joules < self.low_j and (not self.charging or self.left_now_j < self.low_j)
 
     @property

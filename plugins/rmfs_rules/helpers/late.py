@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rmfs_core.warehouse import UNLIMITED
-
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -36,7 +34,7 @@ def late(warehouse: WarehouseView, max_wait_s: float | None) -> list[int]:
     items = lines.items
     if max_wait_s is not None:
         return [*np.flatnonzero((items > 0) & (warehouse.now_s - lines.arrival_s >= max_wait_s)).tolist()]
-    if largest == UNLIMITED or not len(items) or items[items.argmax()] <= largest:  # `max` takes ten times as long
+    if not len(items) or items[items.argmax()] <= largest:  # `max` takes ten times as long
         return []
     oldest = int((items > 0).argmax())
     if items[oldest] <= largest or warehouse.now_s - lines.arrival_s[oldest] < OVERSIZE_WAIT_S:

@@ -46,7 +46,7 @@ class Pairs:
         The warehouse now.
     table
         Largest worth of a SKU at a station: an order scores the sum over its open lines of min(items, table[station,
-        SKU]) there. Shape (stations, n_skus). Left out: all orders score the same. `change` changes it in place.
+        SKU]) there. Shape (stations, n_skus). Left out: all orders score the same. `change` changes it.
     scores
         Instead of ``table``: scores of all orders at each station, below 0: never there; shape (stations, orders), by
         row. Whoever changes it says so (`forget`).
@@ -86,8 +86,8 @@ class Pairs:
         nothing = np.zeros((number, 0), np.int64)
         self.taken = np.zeros(orders, np.bool_)
         self._scores = search.Scores(
-            nothing if table is None else np.require(table, np.int64, ("C", "W")),
-            nothing.view(np.float64) if scores is None else _own(scores),
+            nothing if table is None else np.array(table, np.int64, order="C"),
+            nothing.astype(np.float64) if scores is None else _own(scores),
             np.zeros(orders),
         )
         self._order = search.Precedence(

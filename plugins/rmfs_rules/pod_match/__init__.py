@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -49,9 +49,7 @@ class PodMatch(PairOptions):
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Assign the best matching pairs of order and station."""
-        taken: defaultdict[tuple[int, int], int] = defaultdict(
-            int
-        )  # items by pod and SKU that go to orders of this decision
+        taken: Counter[tuple[int, int]] = Counter()  # items by pod and SKU that go to orders of this decision
         extra = np.zeros(len(warehouse.stations))
         if self.spread:
             extra -= [self.spread * station.open_items for station in warehouse.stations]
