@@ -50,14 +50,11 @@ class Oversize:
             Whether some of them may stay in the backlog besides.
         """
         lines, largest = warehouse.lines, warehouse.largest_capacity
-        if lines.items.sum() <= largest:
-            return None
-        most: float = largest
-        if splits:
+        large = lines.items > largest
+        if splits and large.any():
             all_together = sum(station.capacity for station in warehouse.stations if station.open)
-            most = math.inf if over_time else max(all_together, largest)
-        large = lines.items > most
-        large[lines.order[lines.quantity > largest]] = True
+            large = lines.items > (math.inf if over_time else max(all_together, largest))
+            large[lines.order[lines.quantity > largest]] = True
         return cls._oldest(warehouse, large, max_wait_s)
 
     @classmethod
@@ -73,8 +70,8 @@ class Oversize:
     @classmethod
     def _oldest(cls, warehouse: WarehouseView, large: NDArray[np.bool_], max_wait_s: float) -> Oversize | None:
         """Return the oldest of the orders that are large, by row."""
-        stations = [station for station in warehouse.stations if station.open]
-        if not stations or not large.any():
+        stations = [station for station in warehouse.stations if station.open] if large.any() else []
+        if not stations:
             return None
         order = warehouse.order(int(warehouse.lines.order_id[large.argmax()]))
         station = min(stations, key=lambda station: (station.load, station.id))

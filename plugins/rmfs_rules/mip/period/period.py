@@ -91,7 +91,7 @@ class Stock:
     def of(cls, warehouse: WarehouseView) -> Stock:
         """Read what the pods of a warehouse have now."""
         stock = warehouse.stock
-        some = stock.items > 0
+        some = ... if stock.items.all() else stock.items > 0  # all of them without copies
         number = None if warehouse.unlimited_stock else stock.items[some]
         return cls(range(len(stock.at)), warehouse.n_skus, stock.pod[some], stock.sku[some], number)
 
@@ -180,24 +180,29 @@ class Period:
             A station that takes nothing now.
         """
         free = [station for station in warehouse.stations if station.free_capacity > 0 and station is not without]
-        backlog, lines = warehouse.backlog, warehouse.backlog_lines
         counting = [(at, station) for at, station in enumerate(free) if station.counts_orders]
-        begun = [(position, order) for position, order in enumerate(backlog) if order.parts] if counting else ()
+        lines = warehouse.lines
+        is_there = lines.open_lines > 0
+        position = np.cumsum(is_there) - 1  # by row
+        open_line = lines.quantity.nonzero()
+        begun = lines.begun if counting or packing else ()
+        at_rows = ((int(position[row]), warehouse.order(int(lines.order_id[row]))) for row in begun)
+        with_parts = {o: order for o, order in at_rows if order.parts}  # of others, lines were cancelled
         return cls(
             stock=stock,
             stations=tuple(station.id for station in free),
             capacities=tuple(station.free_capacity for station in free),
             inbound=tuple(tuple(sorted(pod.id for pod in station.inbound_pods)) for station in free),
-            orders=tuple([order.id for order in backlog]),
-            line_order=lines.order,
-            line_sku=lines.sku,
-            line_quantity=lines.quantity,
+            orders=tuple(lines.order_id[is_there].tolist()),
+            line_order=position[lines.order[open_line]],
+            line_sku=lines.sku[open_line],
+            line_quantity=lines.quantity[open_line],
             busy=tuple(sorted({pod.id for station in warehouse.stations for pod in station.inbound_pods})),
-            begun=tuple(bool(order.stations) for order in backlog) if packing else (),
+            begun=tuple(o in with_parts for o in range(np.count_nonzero(is_there))) if packing else (),
             split_open=warehouse.split_orders_open if packing else 0,
             counting_orders=frozenset(at for at, _ in counting),
             joined=frozenset(
-                (o, at) for o, order in begun for at, station in counting if order.has_place_at(station.id)
+                (o, at) for o, order in with_parts.items() for at, station in counting if order.has_place_at(station.id)
             ),
         )
 
