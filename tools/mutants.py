@@ -86,9 +86,10 @@ def mutants_of(file: Path) -> Iterator[Mutant]:
             yield Mutant(file.relative_to(ROOT).as_posix(), node.lineno, begin, end, before, after)
 
     tree = ast.parse(content)
-    kept = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.keyword) and node.arg == "cache"}
+    how = ("cache", "interpreted")  # whether compiled code is stored, or may be left out, no result shows
+    kept = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.keyword) and node.arg in how}
     for node in ast.walk(tree):
-        if not isinstance(node, ast.expr) or id(node) in kept:  # whether compiled code is stored, no result shows
+        if not isinstance(node, ast.expr) or id(node) in kept:
             continue
         begin, end = place(node.lineno, node.col_offset), place(node.end_lineno or 0, node.end_col_offset or 0)
         match node:
