@@ -104,6 +104,7 @@ WRONG = [
     (["robots.cuont=3"], ": unknown key (did you mean `count`?)"),
     (["robots.count=many"], ': expected a whole number, found "many"'),
     (["robots={count=0}"], ", robots.count: expected a whole number from 1 to 100,000, found 0"),
+    (["robots.battery.detour=0.99"], ": expected a number from 1 to 100, found 0.99"),
     (["seed.x=2"], ": `seed` has no keys of its own, it is 1"),
     (
         ['stations.open=[["06:00", "22:00"]]', "stations.open.3=[]"],
