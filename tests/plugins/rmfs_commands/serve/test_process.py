@@ -155,11 +155,13 @@ def test_late_busy_ended(trouble: str, state: dict[str, Any], capfd: pytest.Capt
 
     async def do(process: RuleProcess) -> None:
         first = process.pid
-        slow, late, after = await asyncio.gather(
-            process.ask(named("sleep")), process.ask(named("A")), process.ask(named("B")), return_exceptions=True
-        )
-        assert isinstance(slow, LateError)
-        assert str(slow) == "no decision within 0.7 s (`--limit-s`); it was given up"
+        slow = asyncio.create_task(process.ask(named("sleep")))
+        await asyncio.sleep(0)  # it has begun
+        process.limit_s = 0.1  # of those who wait for their turn: they give up first
+        late, after = await asyncio.gather(*(process.ask(named(one)) for one in "AB"), return_exceptions=True)
+        process.limit_s = 0.7
+        with pytest.raises(LateError, match=r"^no decision within 0\.7 s \(`--limit-s`\); it was given up$"):
+            await slow
         assert all(isinstance(one, BusyError) for one in (late, after))
         process.limit_s = 30  # the machine may be busy
         assert (await process.ask(named("A"))).status == 200
