@@ -91,7 +91,7 @@ class Stock:
     def of(cls, warehouse: WarehouseView) -> Stock:
         """Read what the pods of a warehouse have now."""
         stock = warehouse.stock
-        some = ... if stock.items.all() else stock.items > 0  # all of them without copies
+        some = stock.items > 0
         number = None if warehouse.unlimited_stock else stock.items[some]
         return cls(range(len(stock.at)), warehouse.n_skus, stock.pod[some], stock.sku[some], number)
 
