@@ -140,7 +140,7 @@ class PreparedRun:
         """Let the simulation run, and take note of how it ended."""
         started = time.perf_counter()
         try:
-            with _undisturbed(self.simulation):
+            with _undisturbed(self.simulation), _collecting_seldom():
                 self.simulation.run()
             self.status = self.simulation.status
             self.interrupted = self.status == "partial"
@@ -157,9 +157,7 @@ class PreparedRun:
         self.interrupted |= any(map(is_interrupt, errors))
         raised = (error for error in (self.error, *errors) if error is not None and not is_interrupt(error))
         self.error = error = next(raised, None)
-        self.status = "failed" if error else self.status
-        if self.interrupted and self.status != "failed":  # not all that is measured may be there
-            self.status = "partial"
+        self.status = "failed" if error else "partial" if self.interrupted else self.status  # not all may be measured
         self.simulation.rules.sources.close()
         orders, periods = self.tables.orders, self.tables.periods
         spans = to_seconds(context.began), scenario.run.warmup_s or 0, to_seconds(context.warehouse.now)
@@ -188,26 +186,32 @@ class PreparedRun:
 
 @contextmanager
 def _undisturbed(simulation: Simulation) -> Iterator[None]:
-    """Let Ctrl-C end a run between two events, pressed again at once; look for cycles of objects less often."""
+    """Let Ctrl-C end a run between two events, pressed again at once."""
 
     def first(_signal: int, _frame: object) -> None:
         simulation.interrupted = True
         signal.signal(signal.SIGINT, before)
 
-    before, looks = signal.getsignal(signal.SIGINT), gc.get_threshold()
+    before = signal.getsignal(signal.SIGINT)
     known = before is signal.default_int_handler or getattr(before, "ends_runs", False)  # the handler of `rmfs`
-    ours, seldom = known and current_thread() is main_thread(), 0 < looks[0] < 50_000
-    if ours:
+    if ours := known and current_thread() is main_thread():
         signal.signal(signal.SIGINT, first)
     try:
-        if seldom:
-            gc.set_threshold(50_000, *looks[1:])
         yield
     finally:
-        if seldom:
-            gc.set_threshold(*looks)
         if ours:
             signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def _collecting_seldom() -> Iterator[None]:
+    """Look for cycles of objects less often: those of a run live as long as it does."""
+    looks = gc.get_threshold()
+    gc.set_threshold(looks[0] and max(looks[0], 50_000), *looks[1:])  # 0: never
+    try:
+        yield
+    finally:
+        gc.set_threshold(*looks)
 
 
 def _resolve(scenario: Scenario | str | Path, seed: int | None, overrides: Sequence[str]) -> Scenario:
@@ -218,6 +222,7 @@ def _resolve(scenario: Scenario | str | Path, seed: int | None, overrides: Seque
     return scenario if seed is None else scenario.with_seed(seed)
 
 
+@_collecting_seldom()
 def prepare(
     scenario: Scenario,
     objects: Mapping[str, object],
