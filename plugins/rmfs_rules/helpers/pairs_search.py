@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.jit import helper, njit
 from rmfs_core.warehouse import Lines
-
-if TYPE_CHECKING:
-    from rmfs_rules.helpers.searching import Plain
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -287,7 +284,7 @@ def assign(lines: Lines, order: Precedence, stations: Stations, row: int, at: in
 
 
 @njit(cache=True, interpreted=True)
-def assign_best(told: tuple[Plain, Plain, Plain, Plain], most: int) -> Ints:
+def assign_best(told: tuple[tuple[Any, ...], ...], most: int) -> Ints:
     """Assign the best pairs, ``most`` at most; return row and station of each, in this order, shape (pairs, 2).
 
     ``told`` is what `Lines`, `Scores`, `Precedence` and `Stations` are made of.

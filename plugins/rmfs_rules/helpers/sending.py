@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from heapq import heapify, heappop, heappush
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,6 @@ from rmfs_core.warehouse import BUSY, STORED, Stock, stock_of
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Pod, Station, WarehouseView
     from rmfs_core.world.travel import Travel
-    from rmfs_rules.helpers.searching import Plain
 
 Ids = NDArray[np.int64]
 
@@ -105,7 +104,7 @@ def _serves_one(pod: Pod, lacking: Sequence[tuple[Station, Wanted]]) -> bool:
 
 
 @njit(cache=True, interpreted=True)
-def servers(columns: Plain, at: Ids, skus: Ids, station: int, fetch: bool) -> Ids:
+def servers(columns: tuple[Any, ...], at: Ids, skus: Ids, station: int, fetch: bool) -> Ids:
     """Pods that can be sent to a station and have a free item of one of the SKUs, ascending.
 
     Parameters

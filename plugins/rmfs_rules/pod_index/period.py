@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import exp
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +12,10 @@ from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.jit import helper, njit
 from rmfs_core.warehouse import Lines, Stock
 
-if TYPE_CHECKING:
-    from rmfs_rules.helpers.searching import Plain
-
 Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Plain = tuple[Any, ...]
 Stations = NDArray[np.void]
 """Stations by id, `CAPACITY`."""
 

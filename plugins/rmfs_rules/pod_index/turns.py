@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from rmfs_core.clock import TICKS_PER_S
@@ -11,10 +9,7 @@ from rmfs_core.jit import njit
 from rmfs_core.warehouse import BUSY, UNLIMITED, Lines, Stock
 from rmfs_rules.pod_index import period
 from rmfs_rules.pod_index.index import best_pods, find_within
-from rmfs_rules.pod_index.period import NEVER, NONE, Bids, Bools, Ints, Period, Pods, Stations, Weights, fits
-
-if TYPE_CHECKING:
-    from rmfs_rules.helpers.searching import Plain
+from rmfs_rules.pod_index.period import NEVER, NONE, Bids, Bools, Ints, Period, Plain, Pods, Stations, Weights, fits
 
 
 @njit(cache=True, interpreted=True)

@@ -8,10 +8,10 @@ leads over this or a later one; and every path does until the gap of the start i
 from __future__ import annotations
 
 from rmfs_core.jit import helper, njit
-from rmfs_rules.helpers.searching import Asked
 from rmfs_rules.sipp.states import ARRIVAL, CELL, DONE, DUE, PLACE, REST, STAMP, Ints, Problem, left_from, put, take
 from rmfs_rules.sipp.windows import narrow
 from rmfs_traffic import FOREVER, Intervals, Tracks
+from rmfs_traffic.searching import Asked
 
 AMPLE = 10_000
 """Ticks to spare with which a state is taken for one that paths come to."""

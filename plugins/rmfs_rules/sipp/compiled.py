@@ -11,7 +11,6 @@ import numpy as np
 
 from rmfs_core.clock import UNREACHABLE
 from rmfs_core.jit import helper, njit
-from rmfs_rules.helpers.searching import Asked, Plain, far, free_for_good, gap_at
 from rmfs_rules.sipp.backwards import earliest
 from rmfs_rules.sipp.states import (
     AHEAD,
@@ -34,6 +33,7 @@ from rmfs_rules.sipp.states import (
 )
 from rmfs_rules.sipp.windows import crossed, narrow
 from rmfs_traffic import FOREVER, Intervals, Tracks
+from rmfs_traffic.searching import Asked, Plain, far, free_for_good, gap_at
 
 FAR = UNREACHABLE
 LITTLE = 1_000

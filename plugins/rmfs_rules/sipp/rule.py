@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from attrs import define, field
 
 from rmfs_core import Path, hookimpl
-from rmfs_rules.helpers.searching import Asked, search_once
 from rmfs_rules.sipp import compiled
 from rmfs_rules.sipp.states import memory_for
 from rmfs_traffic import timed_path
+from rmfs_traffic.searching import Asked, search_once
 
 if TYPE_CHECKING:
     from rmfs_traffic import Query, Reservations, Roads, TimedPath, Tracks, Traffic

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from rmfs_core.clock import UNREACHABLE
 from rmfs_core.jit import helper
-from rmfs_rules.helpers.searching import far
 from rmfs_traffic import Intervals, Tracks
+from rmfs_traffic.searching import far
 
 Ints = NDArray[np.int64]
 

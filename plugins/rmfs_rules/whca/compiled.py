@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.jit import helper, njit
-from rmfs_rules.helpers.searching import Asked, Plain, far, free_for_good, gap_at
 from rmfs_traffic import FOREVER, Intervals, Tracks
+from rmfs_traffic.searching import Asked, Plain, far, free_for_good, gap_at
 
 Ints = NDArray[np.int64]
 

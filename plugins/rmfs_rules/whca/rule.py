@@ -10,9 +10,9 @@ from attrs import define, validators
 from rmfs_core import Path, hookimpl
 from rmfs_core.clock import to_ticks
 from rmfs_rules.helpers.parameters import AT_LEAST_1, POSITIVE, finite, parameter
-from rmfs_rules.helpers.searching import Asked, search_once
 from rmfs_rules.whca import compiled
 from rmfs_traffic import FOREVER, timed_path
+from rmfs_traffic.searching import Asked, search_once
 
 if TYPE_CHECKING:
     from rmfs_traffic import Query, Reservations, Roads, TimedPath, Traffic

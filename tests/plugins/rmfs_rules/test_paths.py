@@ -21,7 +21,6 @@ from rmfs_core import Path
 from rmfs_core.motion import Motion
 from rmfs_core.world import EAST, NORTH, WEST
 from rmfs_core.world.travel import Travel, travel_on
-from rmfs_rules.helpers.searching import Asked, gap_at
 from rmfs_rules.sipp import Pbs, Sipp, compiled
 from rmfs_rules.sipp.backwards import earliest
 from rmfs_rules.sipp.priorities import Node, Search
@@ -41,6 +40,7 @@ from rmfs_traffic import (
     roads_on,
     timed_path,
 )
+from rmfs_traffic.searching import Asked, gap_at
 
 
 @pytest.mark.parametrize("spare_ticks", [(), (0,), (0, 1_000, 10_000), (5_000,)])

@@ -10,7 +10,9 @@ from typing import Any, NamedTuple
 
 from rmfs_core import clock
 from rmfs_core.jit import helper
-from rmfs_traffic import FOREVER, Intervals, Query, Reservations, Roads
+from rmfs_traffic.paths import FOREVER, Query
+from rmfs_traffic.reservations import Intervals, Reservations
+from rmfs_traffic.roads import Roads
 
 far: Any = helper(clock.far)
 """`rmfs_core.clock.far` in compiled code."""
