@@ -230,7 +230,7 @@ class Period:
 
     def lines_of(self, order: int) -> tuple[Line, ...]:
         """Open lines of one order (position), by SKU id: where few orders are asked for, faster than `lines`."""
-        first, last = np.searchsorted(self.line_order, (order, order + 1))
+        first, last = self.line_order.searchsorted((order, order + 1)).tolist()
         skus, quantities = self.line_sku[first:last].tolist(), self.line_quantity[first:last].tolist()
         return tuple(sorted(zip(skus, quantities, strict=True)))
 

@@ -274,7 +274,5 @@ def highest(reached: int, most: int) -> int:
 
 def masks_of(covered: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Return per SKU the bit mask of the stations that cover it, from a table (stations, SKUs)."""
-    mask = np.zeros(covered.shape[1], dtype=np.int64)
-    for station, row in enumerate(covered):
-        mask |= row.astype(np.int64) << station
-    return mask
+    masks: NDArray[np.int64] = (1 << np.arange(len(covered))) @ covered
+    return masks

@@ -7,11 +7,14 @@ cannot claim another value for them; what is left to violate is named by the equ
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from rmfs_rules.mip.period.period import Period
 from rmfs_rules.mip.period.placing import short_of
 from rmfs_rules.mip.period.solution import Model, Solution, newly_split, objective_of
+
+Wanted = Mapping[int, Mapping[int, int]]
+"""By order (position), the number of items of each of its open lines, by SKU."""
 
 
 def violation(
@@ -38,11 +41,12 @@ def violation(
 def _violations(
     period: Period, solution: Solution, model: Model, weight: float, packing_capacity: int | None
 ) -> Iterator[str]:
-    yield from _lines(period, solution)
+    wanted = {part.order: dict(period.lines_of(part.order)) for part in solution.parts}
+    yield from _lines(period, solution, wanted)
     yield from _pods(period, solution)
     yield from _stock(period, solution)
-    yield from _capacity(period, solution)
-    yield from _orders(period, solution, model)
+    yield from _capacity(period, solution, wanted)
+    yield from _orders(period, solution, model, wanted)
     if packing_capacity is not None and model is not Model.INTEGRATED:
         yield from _packing(period, solution, packing_capacity)
     value = objective_of(period, solution.parts, len(solution.visits), weight)
@@ -52,15 +56,14 @@ def _violations(
         yield f"(1) objective: it is {value:g}, below the bound {solution.bound:g}"
 
 
-def _lines(period: Period, solution: Solution) -> Iterator[str]:
+def _lines(period: Period, solution: Solution, wanted: Wanted) -> Iterator[str]:
     """Domain (8) of y_ios, and (13)."""
     seen = set()
     for part in solution.parts:
         if not part.skus:
             yield f"(13) order at a station without a line: {_order(period, part.order)}"
-        wanted = dict(period.lines_of(part.order))
         for sku in part.skus:
-            if sku not in wanted:
+            if sku not in wanted[part.order]:
                 yield f"(8) lines: SKU id {sku} is no open line of {_order(period, part.order)}"
             if (part.order, part.station, sku) in seen:
                 yield (
@@ -100,12 +103,11 @@ def _stock(period: Period, solution: Solution) -> Iterator[str]:
         yield f"stock: the pods at the stations and sent to them have too few free items of SKU id {sku}"
 
 
-def _capacity(period: Period, solution: Solution) -> Iterator[str]:
+def _capacity(period: Period, solution: Solution, wanted: Wanted) -> Iterator[str]:
     """(4) with u_s >= 0."""
     taken = [0] * len(period.stations)
     for part in solution.parts:
-        quantity = dict(period.lines_of(part.order))
-        items = sum(quantity.get(sku, 0) for sku in part.skus)
+        items = sum(wanted[part.order].get(sku, 0) for sku in part.skus)
         taken[part.station] += period.slots(part.order, part.station, items)
     for station, (slots, room) in enumerate(zip(taken, period.capacities, strict=True)):
         if slots > room:
@@ -113,7 +115,7 @@ def _capacity(period: Period, solution: Solution) -> Iterator[str]:
             yield f"(4) {unit} capacity: {slots} {unit}s for {_at(period, station)}, which has {room} slots free"
 
 
-def _orders(period: Period, solution: Solution, model: Model) -> Iterator[str]:
+def _orders(period: Period, solution: Solution, model: Model, wanted: Wanted) -> Iterator[str]:
     """(2) and (3), or (11), or (11.1)."""
     stations: dict[int, set[int]] = {}
     times: dict[int, Counter[int]] = {}
@@ -124,7 +126,7 @@ def _orders(period: Period, solution: Solution, model: Model) -> Iterator[str]:
         if model is Model.INTEGRATED and len(stations[order]) > 1:
             yield f"(3) one station: {_order(period, order)} is at {len(stations[order])} stations"
         equation = {Model.INTEGRATED: "(2)", Model.SPLIT_AMONG_STATIONS: "(11)", Model.SPLIT_OVER_TIME: "(11.1)"}[model]
-        for sku, _ in period.lines_of(order):
+        for sku in wanted[order]:
             if counts[sku] > 1:
                 yield f"{equation} lines: SKU id {sku} of {_order(period, order)} is assigned {counts[sku]} times"
             if counts[sku] < 1 and model is not Model.SPLIT_OVER_TIME:

@@ -63,10 +63,11 @@ def place_lines(reduced: Reduced, slots: Slots, lines: NDArray[np.int64], kinds:
     period, room = reduced.period, sum(reduced.period.capacities)
     placed: list[tuple[int, int]] = []
     full: set[int] = set()  # kinds that find no slot any more; none that failed can succeed later
-    for order, sku in zip(period.line_order[lines].tolist(), period.line_sku[lines].tolist(), strict=True):
+    for line in lines.tolist():  # most often the first few fill all slots
+        sku = int(period.line_sku[line])
         if kinds[sku] not in full:
             if slots.add(kinds[sku]):
-                placed.append((order, sku))
+                placed.append((int(period.line_order[line]), sku))
                 if len(placed) == room:
                     break
             else:
