@@ -16,6 +16,7 @@ import os
 import random
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -85,6 +86,12 @@ def mutants_of(file: Path) -> Iterator[Mutant]:
         if "\n" not in before and before.strip() != after.strip():
             yield Mutant(file.relative_to(ROOT).as_posix(), node.lineno, begin, end, before, after)
 
+    def joined(node: ast.expr, left: ast.expr, right: ast.expr, operator: type[ast.AST]) -> Iterator[Mutant]:
+        """Change what stands between two operands, unless a parenthesis does, too."""
+        begin, end = place(left.end_lineno or 0, left.end_col_offset or 0), place(right.lineno, right.col_offset)
+        if not re.search(rb"[()]", content[begin:end]):
+            yield from changed(node, begin, end, f" {SWAPPED[operator]} ")
+
     tree = ast.parse(content)
     how = ("cache", "interpreted")  # whether compiled code is stored, or may be left out, no result shows
     kept = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.keyword) and node.arg in how}
@@ -94,25 +101,17 @@ def mutants_of(file: Path) -> Iterator[Mutant]:
         begin, end = place(node.lineno, node.col_offset), place(node.end_lineno or 0, node.end_col_offset or 0)
         match node:
             case ast.Compare(left=left, ops=[operator], comparators=[right]) if type(operator) in SWAPPED:
-                between = place(left.end_lineno or 0, left.end_col_offset or 0), place(right.lineno, right.col_offset)
-                yield from changed(node, *between, f" {SWAPPED[type(operator)]} ")
+                yield from joined(node, left, right, type(operator))
             case ast.BinOp(left=left, op=operator, right=right) if type(operator) in SWAPPED:
-                between = place(left.end_lineno or 0, left.end_col_offset or 0), place(right.lineno, right.col_offset)
-                if content[slice(*between)].strip() in (b"+", b"-", b"*", b"//"):  # no parenthesis between them
-                    yield from changed(node, *between, f" {SWAPPED[type(operator)]} ")
-            case ast.BoolOp(op=operator, values=[first, second]):
-                between = (
-                    place(first.end_lineno or 0, first.end_col_offset or 0),
-                    place(second.lineno, second.col_offset),
-                )
-                if content[slice(*between)].strip() in (b"and", b"or"):
-                    yield from changed(node, *between, f" {SWAPPED[type(operator)]} ")
+                yield from joined(node, left, right, type(operator))
+            case ast.BoolOp(op=operator, values=[left, right]):
+                yield from joined(node, left, right, type(operator))
             case ast.Constant(value=bool(value)):
                 yield from changed(node, begin, end, str(not value))
             case ast.Constant(value=int(value)):
                 yield from changed(node, begin, end, str(value + 1))
-            case ast.UnaryOp(op=ast.Not(), operand=operand):
-                yield from changed(node, begin, place(operand.lineno, operand.col_offset), "")
+            case ast.UnaryOp(op=ast.Not()):
+                yield from changed(node, begin, begin + len("not"), "")
             case ast.IfExp(test=test):
                 at = place(test.lineno, test.col_offset), place(test.end_lineno or 0, test.end_col_offset or 0)
                 yield from changed(test, *at, f"not ({content[slice(*at)].decode()})")
@@ -135,14 +134,21 @@ def is_killed(copy: Path, tests: list[str], jobs: int) -> bool:
     """Whether tests fail, or take too long, in a copy of the checkout."""
     variables = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, (copy, copy / "plugins")))}
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-m", "not slow", "-n", str(jobs), "-p", "no:cacheprovider"]
-    try:
-        done = subprocess.run(
-            [*command, *tests], cwd=copy, env=variables, capture_output=True, timeout=LIMIT_S, check=False
-        )
-    except subprocess.TimeoutExpired:
-        return True
+    with subprocess.Popen(
+        [*command, *tests],
+        cwd=copy,
+        env=variables,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        start_new_session=True,
+    ) as done:
+        try:
+            told, _ = done.communicate(timeout=LIMIT_S)
+        except subprocess.TimeoutExpired:
+            os.killpg(done.pid, signal.SIGKILL)  # with the processes that run the tests
+            return True
     if done.returncode > 2:  # not tests that failed, which end with 1, and with 2 where xdist stops others
-        sys.exit(f"pytest ended with {done.returncode}; nothing can be told:\n{done.stdout.decode()[-2000:]}")
+        sys.exit(f"pytest ended with {done.returncode}; nothing can be told:\n{told.decode()[-2000:]}")
     return done.returncode != 0
 
 
