@@ -44,8 +44,8 @@ class Balanced:
     help_others: bool = parameter(True, None, "Whether a robot without work at its own station fetches pods for others")
     station_of: dict[int, int] = field(init=False, factory=dict)
     """Robot -> the station that it belongs to now."""
-    _active: frozenset[int] = field(init=False, default=frozenset())
-    _shared_at_s: float = field(init=False, default=-math.inf)
+    _active: frozenset[int] = field(init=False, default=frozenset(), repr=False, eq=False)
+    _shared_at_s: float = field(init=False, default=-math.inf, repr=False, eq=False)
     _robots: tuple[Robot, ...] = field(init=False, default=(), repr=False, eq=False)  # whose shares these are
 
     @hookimpl

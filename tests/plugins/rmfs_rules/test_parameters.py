@@ -1,9 +1,11 @@
 """Parameters of rules: values that are refused, and rules that conform with others than by default."""
 
 import math
+from importlib.metadata import entry_points
 from typing import Any
 
 import pytest
+from attrs import fields, has
 
 from cases import cases
 from rmfs_commands.testing import check_rule
@@ -108,3 +110,12 @@ def test_values_that_mean_nothing_are_refused(rule: type[Any], wrong: dict[str, 
 )
 def test_rules_conform_with_other_parameters(rule: object) -> None:
     assert check_rule(rule).findings == ()
+
+
+def test_what_a_rule_remembers_is_no_parameter() -> None:
+    """It cannot be set, is not shown, and makes no difference between two rules."""
+    entries = (entry for entry in entry_points(group="rmfs.rules") if entry.value.startswith("rmfs_rules."))
+    rules = filter(has, (entry.load() for entry in entries))
+    kept = [field for rule in rules for field in fields(rule) if field.name.startswith("_")]
+    assert len(kept) > 9
+    assert not any(field.init or field.repr or field.eq for field in kept)
