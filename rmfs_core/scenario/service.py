@@ -98,15 +98,14 @@ class ServiceTime(float):
     __str__ = float.__repr__
 
 
-def drawn(seconds: float | None, rng: np.random.Generator) -> float:
+def drawn(seconds: ServiceTime, rng: np.random.Generator) -> float:
     """Return the time of one service in seconds."""
-    spread = getattr(seconds, "spread", None)
-    if spread is None or (spread.cv is not None and spread.cv < NO_SPREAD):
-        return float(seconds or 0)
-    mean, cv = float(seconds or 0), spread.cv
+    spread, mean = seconds.spread, float(seconds)
+    if spread.cv is not None and spread.cv < NO_SPREAD:
+        return mean
     if spread.times is not None:
         return float(spread.times[int(rng.integers(len(spread.times)))])
-    if cv is None:
+    if (cv := spread.cv) is None:
         return float(rng.exponential(mean))
     if spread.distribution == "gamma":
         return float(rng.gamma(1 / cv**2, mean * cv**2))

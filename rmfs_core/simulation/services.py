@@ -8,7 +8,7 @@ from rmfs_core.clock import to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.randomness import keyed_stream
 from rmfs_core.scenario.model import StationsSection
-from rmfs_core.scenario.service import drawn, speeds_of
+from rmfs_core.scenario.service import ServiceTime, drawn, speeds_of
 from rmfs_core.timetable import Timetable
 
 STORE_S = 10.0
@@ -41,7 +41,7 @@ class Services:
     def __init__(self, section: StationsSection, seed: int, stations: int, zero: int = 0, lift_s: float = 0) -> None:
         self._section, self._seed, self._lift_s = section, seed, lift_s
         self._fixed = to_ticks(section.pick_s), to_ticks(section.handle_s), to_ticks(section.handle_s)
-        spread = any(hasattr(seconds, "spread") for seconds in (section.pick_s, section.handle_s))
+        spread = any(isinstance(seconds, ServiceTime) for seconds in (section.pick_s, section.handle_s))
         self.vary = bool(spread or section.line_s or section.order_s or section.speed)
         self.speeds: list[tuple[float, ...]] = [(1.0,)] * stations  # of each outside of all shifts, and in each
         self._shifts = [Timetable((), zero)] * stations
@@ -101,7 +101,7 @@ class Services:
 
     def lift(self, pod: int) -> int:
         """Return the ticks of lifting a pod or setting it down, the next time that this happens."""
-        if not hasattr(self._lift_s, "spread"):
+        if not isinstance(self._lift_s, ServiceTime):
             return to_ticks(self._lift_s)
         return to_ticks(self.draw(self._lift_s, "lifts", pod, self.count(pod)))
 
@@ -112,6 +112,6 @@ class Services:
 
     def draw(self, seconds: float | None, purpose: str, *what: int) -> float:
         """Return the seconds of one service, of a purpose and told by up to three numbers."""
-        if not hasattr(seconds, "spread"):
+        if not isinstance(seconds, ServiceTime):
             return seconds or 0.0
         return drawn(seconds, keyed_stream(self._seed, f"service {purpose}", *what))

@@ -1,6 +1,7 @@
 """Ways of driving with reservations: paths in full, for all robots at once, and in windows."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -20,6 +21,7 @@ from rmfs_core.decisions import Leg
 from rmfs_core.decisions import Path as Way
 from rmfs_core.errors import InputError, RuleError, StandstillError
 from rmfs_core.events import Event
+from rmfs_core.info import Question
 from rmfs_core.scenario.model import RuleChoice, RunSection
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.warehouse import Robot
@@ -256,10 +258,20 @@ def test_a_standstill_names_a_robot_that_is_leaving_the_cell_it_wants(tiny_run: 
 
 
 @pytest.mark.parametrize("robots", [8, 32])
-def test_no_two_robots_meet_under_windows(robots: int, tmp_path: Path) -> None:
+def test_windows_are_planned_once_a_second_and_no_two_robots_meet(robots: int, tmp_path: Path) -> None:
+    asked_ms = set()
+
+    class Watch:
+        @hookimpl
+        def rule_asked(self, question: Question) -> None:
+            if question.hook == "plan_path":
+                asked_ms.add(round(question.warehouse.now_s * 1000))
+
     settings = ["rules.pp=whca-n", f"robots.count={robots}", "instance.orders=60", "stations.pick_s=1.0"]
-    assert rmfs_core.run("paper-250", overrides=settings, out=tmp_path, record=["trace"]).status == "complete"
+    result = rmfs_core.run("paper-250", overrides=settings, out=tmp_path, record=["trace"], observers=[Watch()])
+    assert result.status == "complete"
     assert validate_trace(tmp_path) == []
+    assert min(later - one for one, later in pairwise(sorted(asked_ms))) == 1000
 
 
 def blocked(simulation: Simulation) -> tuple[Course, int]:
