@@ -373,6 +373,7 @@ BATTERY = "robots.battery={capacity_wh=90, loaded_w=900, charging_w=20000}"
     ("examples/small", (BUSY, "stations.outages={mtbf_h=0.05, mttr_s=60}", "robots.available=[['00:00', '00:04', 3]]")),
     ("examples/small", ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time", "stations.release=handled")),
     ("examples/replenished", ("run.warmup_s=100",)),
+    ("examples/replenished", ("instance.replenishment.lead_s=60", "stations.outages={mtbf_h=0.1, mttr_s=30}")),
 )
 def test_metrics_and_tables_are_what_the_trace_amounts_to(tmp_path: Path, name: str, changes: tuple[str, ...]) -> None:
     rmfs_core.run(name, overrides=["instance.orders=30", *changes], out=tmp_path, record=["trace"])
