@@ -29,7 +29,7 @@ from rmfs_commands.details.outages import robots_may_fail
 from rmfs_commands.details.packing import Packing
 from rmfs_commands.details.robots import Robots
 from rmfs_commands.details.slots import at_work
-from rmfs_commands.details.spans import Number, Span, ratio
+from rmfs_commands.details.spans import Span, ratio
 from rmfs_commands.details.stations import Followed, Stations
 from rmfs_commands.processes.hours import hours_of, mean_speed, shifts_of
 from rmfs_core.clock import TICKS_PER_S, to_ticks
@@ -183,7 +183,7 @@ class Bottleneck:
         if packing.on and delays.all_done is not None:
             self._end = max(begin, delays.all_done)  # what packers do then is no matter of pickers and robots
         self._robots, self._delays = robots, delays
-        self._packing = Packed.of(packing.values(end), delays, run) if packing.on else None
+        self._packing = Packed.of(packing, end, run) if packing.on else None
         self._lift, self._stations = run.motion.lift_ticks, stations.followed
         self._lengths: list[tuple[int, ...]] = []  # of each station: as `_Pieces.of`, in ticks
         self._fails = run.scenario.stations.outages is not None or robots_may_fail(run.scenario.robots)
@@ -490,7 +490,7 @@ class Packed:
     Parameters
     ----------
     after_s
-        From the last pick to packed, mean; None where nothing was packed.
+        From the last pick to packed, mean of the orders packed whose last pick is in the run; None where none is.
     wait_s
         Part of it in which an order waits for a packer.
     packers_percent
@@ -508,15 +508,13 @@ class Packed:
     packers: int
 
     @classmethod
-    def of(cls, measured: Mapping[str, Number], delays: Delays, run: RunInfo) -> Packed:
-        section, stations = run.scenario.packing, len(run.warehouse.packing_stations)
+    def of(cls, packing: Packing, end: int, run: RunInfo) -> Packed:
+        section, stations, measured = run.scenario.packing, len(run.warehouse.packing_stations), packing.values(end)
         assert section is not None
-        timed = [sum(times) for order, times in delays.times.items() if delays.counts(order)]
-        turnover, packed = ratio(sum(timed), len(timed) * TICKS_PER_S), measured["packed_s"]
-        after = None if packed is None or turnover is None else max(round(packed - turnover, 3), 0.0)
+        after_s = None if packing.after_s is None else round(packing.after_s, 3)
         reserved, boxes = measured["boxes_mean"] or 0.0, section.boxes * stations
         at_work = measured["packer_utilisation_percent"]
-        return cls(after, measured["packing_wait_s"], at_work, _percent(reserved, boxes), section.packers * stations)
+        return cls(after_s, measured["packing_wait_s"], at_work, _percent(reserved, boxes), section.packers * stations)
 
     def limit(self, largest_s: float) -> str | None:
         """Return who limits the run instead of the largest cause of picking, which takes an order so long, if any."""
@@ -555,7 +553,7 @@ class Packed:
     def covers(self) -> str:
         """Return how long packing takes, which the rest is not about."""
         if self.after_s is None:
-            return "No order that counts was packed."
+            return "No order that counts was picked and packed."
         told = f"Last pick to packed: {_seconds(self.after_s)}; packers {self.packers_percent or 0.0:.0f} % busy"
         return f"{told}, boxes {self.boxes_percent or 0.0:.0f} % reserved."
 

@@ -62,6 +62,7 @@ class Packing:
         known = run.scenario.instance.arrivals.backlog is None
         self._arrived = {i: order.arrival_tick for i, order in enumerate(self._data)} if known else {}
         self._orders: dict[int, _Order] = {}
+        self._last_pick: dict[int, int] = {}  # of orders, in the run
         self._boxes, self._unpacked, self.refused, self._totes = Count(), Count(), 0, 0
         self._open: dict[int, int] = {}  # when those arrived that are not packed
         self._busy: dict[int, list[Span]] = defaultdict(list)  # of packers, by packing station
@@ -117,6 +118,8 @@ class Packing:
         self._orders[event.order].begun = event.tick
 
     def _picked(self, event: OrderCompleted) -> None:
+        if event.tick > self._began:
+            self._last_pick[event.order] = event.tick
         if self._section.packing_from == "picked":
             self._free(event)
 
@@ -183,6 +186,13 @@ class Packing:
             "parts_per_order": ratio(sum(len(order.parts) for order in counted.values()), len(counted)),
             **self._late(end),
         }
+
+    @property
+    def after_s(self) -> float | None:
+        """Mean time from the last pick to packed, of the orders counted whose last pick is in the run."""
+        counted = (i for i, order in self._orders.items() if order.packed >= self._begin)
+        after = [self._orders[i].packed - self._last_pick[i] for i in counted if i in self._last_pick]
+        return ratio(sum(after), len(after) * TICKS_PER_S)
 
     @property
     def packed_ticks(self) -> dict[int, int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from collections.abc import Sequence
 from io import StringIO
@@ -170,6 +171,21 @@ def test_packers_may_be_the_limit(overrides: tuple[str, ...], limit: str | None)
     handling = found["pickers_percent"]["handling"]
     assert handling == pytest.approx(100 * result.metrics["picker_utilisation"], abs=0.5)
     assert found["robots_percent"]["idle"] < 30
+
+
+def test_packing_takes_what_orders_wait_that_are_packed(tmp_path: Path) -> None:
+    """Orders picked and packed in the run, not those of a state, nor those picked alone: their means differ."""
+    rmfs_core.run("examples/packing", overrides=["run.until_s=600"], save_state=tmp_path / "state.json")
+    for number, over in enumerate((["run.until_s=800"], [f"instance.state_file={tmp_path}/state.json"])):
+        out = tmp_path / str(number)
+        found = rmfs_core.run("examples/packing", overrides=over, out=out).summary["bottleneck"]
+        orders, boxes = (
+            (out / name).read_text(encoding="utf-8").splitlines() for name in ("orders.csv", "packing.csv")
+        )
+        picked = {row["order"]: float(row["completed_s"] or 0) for row in csv.DictReader(orders)}
+        packed = {row["order"]: float(row["packed_s"] or 0) for row in csv.DictReader(boxes)}
+        after = [at - picked[order] for order, at in packed.items() if at and picked[order] > 600 * number]
+        assert found["packing"]["after_s"] == pytest.approx(sum(after) / len(after), abs=0.001)
 
 
 def test_nothing_is_said_of_one_more_box() -> None:
