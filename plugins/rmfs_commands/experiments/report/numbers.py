@@ -94,10 +94,10 @@ def answer(comparison: Comparison, metric: str) -> str | None:
     has = f"has the {'highest' if way == 'more' else 'lowest'} {label}"
     mean = f"{value(shown_as, means[best])}{unit}"
     other = one_of[ranked[1] if best == base else best]
-    share = other.relative.mean is not None and shown_as.unit != "%"
+    share = other.relative.mean is not None and shown_as.unit != "%" and other_sign(shown_as, other) is None
     points = " points" if shown_as.unit == "%" else unit
     by = relative(other, bounds=False) if share else f"{difference(shown_as, other.difference, bounds=False)}{points}"
-    p = other.difference.p_holm
+    p = (other.relative if share else other.difference).p_holm
     told = "" if p is None else f" (p {'' if p < 0.001 else '= '}{probability(p)})"
     if means[ranked[0]] == means[ranked[1]] and best == base:
         return f"No rule set is better than {base}, the baseline, in {label}: {mean}."
@@ -198,6 +198,12 @@ def other_sign(metric: Metric, one: Paired) -> str | None:
         f"{one.rule_set}, {one.instances}: the means differ by {difference(metric, one.difference)}{p}, the other way "
         "round than the relative difference, in which small and large figures count alike."
     )
+
+
+def other_signs(comparison: Comparison, metric: str, shown: Sequence[str]) -> list[str]:
+    """Return what `other_sign` says of a metric on some instance sets."""
+    pairs = (one for name in shown for one in comparison.of(name, metric))
+    return [sentence for one in pairs if (sentence := other_sign(comparison.described(metric), one))]
 
 
 def seeds(one: Paired) -> str:

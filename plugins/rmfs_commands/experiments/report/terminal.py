@@ -34,9 +34,7 @@ def print_comparison(console: Console, result: ExperimentResult, comparison: Com
         return
     for metric in comparison.metrics:
         print_named(console, _metric(comparison, metric, shown))
-        pairs = (one for name in shown for one in comparison.of(name, metric))
-        told = [sentence for one in pairs if (sentence := numbers.other_sign(comparison.described(metric), one))]
-        for sentence in told:
+        for sentence in (told := numbers.other_signs(comparison, metric, shown)):
             console.print(sentence, style="yellow", highlight=False, markup=False)
         if told:
             console.print()

@@ -199,6 +199,9 @@ def test_other_signs_of_the_two_differences_are_told(result: ExperimentResult) -
     assert "the other way round than the relative difference" in text
     assert "good, orders=50: the means" not in text
     assert "\u22124.000 (no interval), the other way round" in text
+    page = page_of(result)
+    assert "has the highest pile-on: 51.002; next is good with \u22124.000." in page
+    assert "\u22124.000 (no interval), the other way round" in page
     for row in result.rows:
         if row["rule_set"] == "good" and row["status"] != "failed":
             row["pile_on"] += row["seed"] / 100
