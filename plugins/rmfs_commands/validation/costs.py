@@ -11,9 +11,8 @@ from rmfs_commands.validation.packed import packers_ticks
 from rmfs_commands.validation.robots import recompute_robots
 from rmfs_commands.validation.tables import (
     HOUR,
-    arrivals_of,
-    cancelled_in,
     changes_of,
+    due_in,
     measured_from,
     packing_hours,
     robots_of,
@@ -52,11 +51,8 @@ def recompute_costs(trace: Trace) -> dict[str, float | None]:
     battery = scenario.robots.battery
     wh = recompute_robots(trace, begin, 1)["energy_wh"] if battery is None else _drawn(trace, battery, begin, end)
     parts["energy"] = costs.kwh * (wh or 0) / 1000
-    due = {i: order.due_tick for i, order in enumerate(trace.instance.orders) if order.due_tick is not None}
-    if due:
-        arrivals, cancelled = arrivals_of(trace), cancelled_in(trace)
-        counted = [i for i in due if arrivals.get(i, -1) >= begin and i not in cancelled]
-        late = [ticks for i in counted if (ticks := done.get(i, end) - due[i]) > 0]
+    if any(order.due_tick is not None for order in trace.instance.orders):
+        late = [ticks for i, due in due_in(trace, done).items() if (ticks := done.get(i, end) - due) > 0]
         parts["lateness"] = costs.late_order * len(late) + costs.late_h * sum(late) / HOUR
     number, total = sum(tick >= begin for tick in done.values()), sum(parts.values())
     each = {f"cost_{part}_per_order": cost / number if number else None for part, cost in parts.items()}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rmfs_commands.processes.events import OrderPacked
 from rmfs_commands.trace.reader import Trace
-from rmfs_commands.validation.tables import Row, arrivals_of, cancelled_in, measured_from
+from rmfs_commands.validation.tables import Row, due_in, measured_from
 from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.events import OrderCompleted
 
@@ -15,15 +15,10 @@ _Late = tuple[bool, int]
 def _lateness(trace: Trace) -> dict[tuple[int, str], list[_Late | None]]:
     """Return how late the orders of each truck are; None where it leaves after the run has to end, or did end with
     orders not done."""
-    begin, arrivals, cancelled = measured_from(trace), arrivals_of(trace), cancelled_in(trace)
     kind = OrderPacked if trace.scenario.get("packing") else OrderCompleted
     done = {event.order: event.tick for event in trace.events if isinstance(event, kind)}
-    end, until_s = max(trace.tick, begin), trace.scenario.get("run", {}).get("until_s")
-    going = {
-        i: (order.due_tick, order.route or "")
-        for i, order in enumerate(trace.instance.orders)
-        if order.due_tick is not None and i not in cancelled and arrivals.get(i, -1) >= begin
-    }
+    end, until_s = max(trace.tick, measured_from(trace)), trace.scenario.get("run", {}).get("until_s")
+    going = {i: (due, trace.instance.orders[i].route or "") for i, due in due_in(trace, done).items()}
     over = [] if until_s is None else [to_ticks(until_s)]
     if going.keys() - done.keys():
         over.append(end)

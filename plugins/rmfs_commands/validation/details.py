@@ -16,6 +16,7 @@ from rmfs_commands.validation.tables import (
     Row,
     arrivals_of,
     cancelled_in,
+    due_in,
     goes_on,
     has_batteries,
     has_hours,
@@ -121,19 +122,16 @@ def _opening(trace: Trace) -> dict[str, float | None]:
 
 
 def _lateness(trace: Trace, begin: int, done: dict[int, int]) -> dict[str, float | None]:
-    due = {i: order.due_tick for i, order in enumerate(trace.instance.orders) if order.due_tick is not None}
-    if not due:
+    if all(order.due_tick is None for order in trace.instance.orders):
         return {}
-    arrivals, cancelled = arrivals_of(trace), cancelled_in(trace)
-    there = {i for i in due if goes_on(trace) and done.get(i, begin) >= begin}  # not complete when the run began
-    counted = {i: t for i, t in due.items() if (i in there or arrivals.get(i, -1) >= begin) and i not in cancelled}
+    counted = due_in(trace, done)
     end, until_s = max(trace.tick, begin), trace.scenario.get("run", {}).get("until_s")
     last = [] if until_s is None else [to_ticks(until_s)]  # what is due later nobody knows but of early orders
     if counted.keys() - done.keys():
         last.append(end)
     known = [i for i, tick in counted.items() if (i in done or tick < end) and all(tick <= one for one in last)]
-    late = {i for i in known if i not in done or done[i] > due[i]}
-    tardiness = [max(0, done[i] - due[i]) for i in counted if i in done]
+    late = {i for i in known if i not in done or done[i] > counted[i]}
+    tardiness = [max(0, done[i] - counted[i]) for i in counted if i in done]
     priorities = Counter(trace.instance.orders[i].priority for i in known)
     late_of = Counter(trace.instance.orders[i].priority for i in late)
     return {

@@ -94,6 +94,17 @@ def cancelled_in(trace: Trace) -> dict[int, int]:
     return {event.order: event.tick for event in trace.events if isinstance(event, OrderCancelled)}
 
 
+def due_in(trace: Trace, done: Mapping[int, int]) -> dict[int, int]:
+    """Return when the orders with a due time are due that count; ``done``: when they were complete, or packed.
+
+    They arrive in the time measured, or were not done in the state in which the run begins.
+    """
+    begin, arrivals, cancelled = measured_from(trace), arrivals_of(trace), cancelled_in(trace)
+    due = {i: order.due_tick for i, order in enumerate(trace.instance.orders) if order.due_tick is not None}
+    there = {i for i in due if goes_on(trace) and done.get(i, begin) >= begin}
+    return {i: t for i, t in due.items() if (i in there or arrivals.get(i, -1) >= begin) and i not in cancelled}
+
+
 def may_cancel(trace: Trace) -> bool:
     """Whether any order of a trace may be cancelled."""
     return any(order.cancelled_tick is not None for order in trace.instance.orders)

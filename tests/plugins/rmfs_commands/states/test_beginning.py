@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import rmfs_core
@@ -37,7 +37,8 @@ WORLDS = {
     for name, settings in {
         "plain": "",
         "scarce": "instance.items_per_sku=8 rules.poa=first-come rules.pr=random stations.release=picked",
-        "orders come": "instance.due.allowance_s=300 " + COME.format(300),
+        "orders come": "instance.due.allowance_s=60 costs.late_order=1 costs.late_h=1 " + COME.format(300),
+        "trucks": "instance.departures.times=[200,400,9000] costs.late_h=1 " + COME.format(300),
         "refilled": "instance.arrivals.process=refill instance.arrivals.backlog=6 rules.ta=nearest-robot",
         "times vary": 'robots.lift_s={mean=3,cv=0.5,distribution="lognormal"} '
         'stations.pick_s={mean=7,cv=0.5,distribution="lognormal"} stations.line_s=2 rules.poa=station-queue',
@@ -64,12 +65,26 @@ WORLDS = {
         "chargers fail": "layout.chargers=2 rules.idle=charge-when-low robots.battery.capacity_wh=40 "
         "robots.battery.charger_outages={mtbf_h=0.05,mttr_s=60} robots.failures={mtbf_h=0.5,mttr_s=60} "
         + COME.format(400),
+        "maintained": "robots.failures={mtbf_h=0.03,mttr_s=10} "
+        'robots.maintenance={"1"=[["00:05","00:07"]],"2"=[["00:06","00:07"]],"3"=[["00:05","00:06"]]} '
+        + COME.format(150),
         "repaired": "layout.maintenance_cells=2 robots.failures={mtbf_h=0.1,mttr_s=40}",
     }.items()
 }
 SAME = ("charge_lowest_percent", "replenishment_robot_percent")
 """Metrics that know what was before, or what it led to: the lowest charge, and what a trip was for."""
-WITHOUT = ("turnover", "late", "tardiness", "on_time", "packed_s", "packed_median_s", "packed_p95_s")
+WITHOUT = (
+    "turnover",
+    "late",
+    "tardiness",
+    "on_time",
+    "cost",
+    "departed",
+    "missed",
+    "packed_s",
+    "packed_median_s",
+    "packed_p95_s",
+)
 """Beginnings of metrics of orders that arrived in the time that counts: here, of all that were completed in it."""
 
 
@@ -90,6 +105,9 @@ def rows(table: Sequence[dict[str, Any]], after_s: float, key: str) -> list[dict
 
 
 @settings(max_examples=20)
+@example("orders come", "sipp", 200_000, 1)
+@example("trucks", "sipp", 150_000, 1)
+@example("maintained", "sipp", 200_000, 2)
 @given(
     st.sampled_from(sorted(WORLDS)), st.sampled_from(["free-flow", "sipp"]), st.integers(1, 900_000), st.integers(1, 9)
 )
