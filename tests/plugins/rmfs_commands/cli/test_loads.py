@@ -43,8 +43,11 @@ def reckoned(items: Mapping[int, int], stations: int = 3, **keys: Any) -> tuple[
     ({6: 3600, 16: 3600}, 3, {}, 120, 30, "06:00", 2000, 6.5 + 40),
     # Closed at night: from 6 to 22, of which from half past six on counts
     ({6: 60, 12: 60}, 1, {"open": (("06:00", "22:00"),)}, 2, 15.5, "06:00", 100, 13),
-    # What arrives after closing has the next day; nobody is there in its hour
-    ({20: 60, 23: 60}, 1, {"open": (("06:00", "22:00"),)}, 2, 17.5, "20:00", 100, 24 + 7),
+    # What arrives after closing has so much of the next day as keeps the load, at most all; nobody is there in its hour
+    ({20: 60, 23: 60}, 1, {"open": (("06:00", "22:00"),)}, 2, 3, "20:00", 100, 24 + 7),
+    ({20: 60, 22: 2}, 1, {"open": (("06:00", "22:00"),)}, 62 / 60, 1.55, "20:00", 100, 24 + 6 + 2 / 60),
+    ({20: 60, 23: 900}, 1, {"open": (("06:00", "22:00"),)}, 16, 17.5, "20:00", 100, 24 + 21),
+    ({21: 60, 23: 60}, 1, {"open": (("06:00", "22:00"),)}, 2, 16.5, "21:00", 100, 24 + 7.5),
     # Before they open at seven, orders arrive that the peak hour is not about
     ({6: 600, 7: 60, 8: 90}, 2, {"open": (("07:00", "22:00"),)}, 12.5, 30, "08:00", 75, 13.25),
     # The run ends at ten: two hours and a half of it are there
@@ -66,6 +69,12 @@ def test_the_load_of_pickers(items, stations, keys, wanted_h, there_h, peak, pea
     assert pickers.percent == (None if percent is None else pytest.approx(percent))
     if percent is not None:
         assert pickers.enough(percent) == math.ceil(stations * wanted_h / (there_h or 0))
+
+
+@pytest.mark.parametrize("last", [13, 14, 15, 21])
+def test_a_station_that_closes_early_adds_no_day(last: int) -> None:
+    pickers, _ = reckoned({6: 60, last: 6}, 2, open={"1": (("06:00", "22:00"),), "2": (("06:00", "14:00"),)})
+    assert pickers.there_h == 15.5 + 7.5
 
 
 def test_what_is_said_of_too_much() -> None:
