@@ -445,13 +445,13 @@ def _bundles(scenario: Scenario, instance: Instance, until: float) -> int:
 def load_sentences(found: Sequence[Load]) -> Iterator[str]:
     """Yield a sentence for each load, with its reckoning, and then the warnings."""
     for load in found:
-        told = f"{_hours(load.wanted_h)} ({load.work})"
+        told = f"{told_hours(load.wanted_h)} ({load.work})"
         down = f", {load.down_percent:.3g} % of the time out of service" if load.down_percent else ""
         if load.percent is None:
-            each = f"{_hours(load.wanted_h / load.number)} for each of {load.number:,}"
+            each = f"{told_hours(load.wanted_h / load.number)} for each of {load.number:,}"
             yield f"Load of {load.who}: {told}, {each}{down}."
         else:
-            there = f"in {_hours(load.there_h or 0.0)} of {load.number:,}{down}"
+            there = f"in {told_hours(load.there_h or 0.0)} of {load.number:,}{down}"
             yield f"Load of {load.who}: {_shown(load.percent)}, {told} {there}{_peak(load)}."
     yield from load_warnings(found)
 
@@ -459,7 +459,7 @@ def load_sentences(found: Sequence[Load]) -> Iterator[str]:
 def load_line(found: Sequence[Load]) -> str:
     """Return all loads in one sentence; nothing where there are none."""
     told = [
-        f"{load.who} {_hours(load.wanted_h / load.number)} each"
+        f"{load.who} {told_hours(load.wanted_h / load.number)} each"
         if load.percent is None
         else f"{load.who} {_shown(load.percent)}{_peak(load)}"
         for load in found
@@ -472,7 +472,9 @@ def load_warnings(found: Sequence[Load]) -> Iterator[str]:
     for load in found:
         unit, trips = UNITS[load.who], load.who in OF_TRIPS
         if (percent := load.percent or 0.0) > 100:
-            told = f"{_hours(load.wanted_h)} of work in {_hours(load.there_h or 0.0)}{ASSUMED if trips else ''}."
+            told = (
+                f"{told_hours(load.wanted_h)} of work in {told_hours(load.there_h or 0.0)}{ASSUMED if trips else ''}."
+            )
             if (more := load.enough(percent)) is not None:
                 peak = load.enough(load.peak_percent or 0.0) or 0
                 told += f" At least {_are(more, unit)} needed"
@@ -520,7 +522,8 @@ class ToldLoads:
                     say(self.console, sentence)
 
 
-def _hours(hours: float) -> str:
+def told_hours(hours: float) -> str:
+    """Return hours for a sentence: as minutes or seconds where they are less than one."""
     if hours >= 1 or hours == 0:
         return f"{hours:,.1f} h"
     return f"{hours * 60:.0f} min" if hours * 60 >= 1 else f"{hours * 3600:.0f} s"

@@ -20,7 +20,7 @@ from rmfs_commands.convert.cleaning import Cleaner
 from rmfs_commands.convert.loading import keep_lost, load
 from rmfs_commands.convert.order_heads import OrderHeads
 from rmfs_commands.convert.tables import Table
-from rmfs_commands.convert.tally import SHOWN
+from rmfs_commands.convert.tally import SHOWN, Dropped
 from rmfs_commands.convert.time_formats import Moment
 from rmfs_commands.instances.csv_files import TEN_YEARS
 from rmfs_core.clock import TICKS_PER_S, to_seconds
@@ -81,6 +81,8 @@ class OrderLines:
     several
         Orders whose lines differ in their times, due times, priorities and routes, by what they differ in: the earliest
         time, the earliest due time, the highest priority and the first route by name is the order's.
+    most_apart
+        Ticks by which the times of an order differ, at most.
     left_out
         Orders that were left out whole, by reason.
     shortened
@@ -94,7 +96,8 @@ class OrderLines:
 
     def __init__(self, cleaner: Cleaner) -> None:
         self.cleaner = cleaner
-        self.several: dict[str, int] = {}
+        self.several: dict[str, Dropped] = {}
+        self.most_apart = 0
         self.left_out: dict[str, int] = {}
         self.shortened = 0
         self.heads: OrderHeads | None = None
@@ -162,7 +165,7 @@ class OrderLines:
         self._count_orders_lost()
         self._base.executescript(
             "CREATE TABLE whole AS SELECT name, min(tick) AS tick, min(rowid) AS first, min(due) AS due,"
-            " max(priority) AS priority, min(tick) < max(tick) AS times, min(due) < max(due) AS dues,"
+            " max(priority) AS priority, max(tick) - min(tick) AS times, min(due) < max(due) AS dues,"
             " min(priority) < max(priority) AS priorities, min(route) AS route, min(route) < max(route) AS routes,"
             " CASE count(cancelled) WHEN count(*) THEN max(cancelled) END AS cancelled FROM line GROUP BY name;"
         )
@@ -185,9 +188,25 @@ class OrderLines:
         self.offsets = sorted(ahead for (ahead,) in kept)
         self._base.executescript("DROP TABLE line; DROP TABLE lost;")
         for what in ("times", "dues", "priorities", "routes"):
-            of_heads = self.heads.several(what) if self.heads is not None else 0
-            self.several[what] = of_heads or self._count(f"SELECT count(*) FROM whole WHERE {what}")
+            self.several[what] = self._noted(what)
+        self.most_apart = self._count(
+            f"SELECT ifnull(max(times), 0) FROM {self._heads} WHERE name IN (SELECT name FROM whole)"
+        )
         return zero
+
+    @property
+    def _heads(self) -> str:
+        """Name of the table that says when orders arrive."""
+        return "whole" if self.heads is None else "headed"
+
+    def _noted(self, what: str) -> Dropped:
+        """Return of how many orders that are kept something is to be said, and their first rows."""
+        names = f"SELECT name FROM {self._heads} WHERE {what} INTERSECT SELECT name FROM whole"
+        if not (found := self._count(f"SELECT count(*) FROM ({names})")):
+            return Dropped()
+        rows = "packed" if self.heads is None else "headed"
+        query = f"SELECT min(row), name FROM {rows} WHERE name IN ({names}) GROUP BY name ORDER BY 1 LIMIT {SHOWN}"
+        return Dropped(found, self._base.execute(query).fetchall())
 
     def _count_orders_lost(self) -> None:
         """Count the orders none of whose rows is kept."""

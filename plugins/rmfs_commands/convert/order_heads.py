@@ -14,10 +14,10 @@ from rmfs_core.errors import InputError
 from rmfs_core.wording import counted, listed
 
 _HEADED = """
-CREATE TABLE headed AS SELECT name, tick, ahead, due, priority, cancelled, route, times, dues, priorities, routes
-  FROM (SELECT name, tick, ahead, row_number() OVER (PARTITION BY name ORDER BY tick, row) AS rank FROM head)
+CREATE TABLE headed AS SELECT name, row, tick, ahead, due, priority, cancelled, route, times, dues, priorities, routes
+  FROM (SELECT name, row, tick, ahead, row_number() OVER (PARTITION BY name ORDER BY tick, row) AS rank FROM head)
   JOIN (SELECT name, min(due) AS due, max(priority) AS priority,
-    CASE count(cancelled) WHEN count(*) THEN max(cancelled) END AS cancelled, min(tick) < max(tick) AS times,
+    CASE count(cancelled) WHEN count(*) THEN max(cancelled) END AS cancelled, max(tick) - min(tick) AS times,
     min(due) < max(due) AS dues, min(priority) < max(priority) AS priorities,
     min(route) AS route, min(route) < max(route) AS routes FROM head GROUP BY name) USING (name)
   WHERE rank = 1;
@@ -94,10 +94,6 @@ class OrderHeads:
             "UPDATE line SET (tick, ahead, due, priority, cancelled, route) ="
             " (SELECT tick, ahead, due, priority, cancelled, route FROM headed WHERE headed.name = line.name)"
         )
-
-    def several(self, what: str) -> int:
-        """Return how many orders that are kept have headers that differ in ``times``, ``dues`` or another column."""
-        return self._count(f"SELECT count(*) FROM headed JOIN whole USING (name) WHERE headed.{what}")
 
     def sentences(self) -> Iterator[str]:
         """Yield what is to be said of the table."""

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from attrs import frozen
 
-from rmfs_commands.cli.loads import Demand, Load, load_sentences
+from rmfs_commands.cli.loads import HOUR, Demand, Load, load_sentences, told_hours
 from rmfs_commands.cli.screen import tell
 from rmfs_commands.convert.history import Learned
 from rmfs_commands.convert.lines import LACK, OrderLines, Sku
@@ -258,8 +258,10 @@ def _tell_kept(lines: OrderLines, totals: Counter[str]) -> None:
         tell(f"SKUs that an order repeats: {counted(lines.joined, 'row')}; quantities are added up.")
     of = "Lines" if lines.heads is None else "Headers"
     for what, kind, chosen in _DIFFERENT:
-        if number := lines.several[what]:
-            tell(f"{of} with different {kind}: {counted(number, 'order')}; {chosen} is the order's.")
+        if (several := lines.several[what]).rows:
+            apart = f", up to {told_hours(lines.most_apart / HOUR)} apart" if what == "times" else ""
+            told = f"{of} with different {kind}: {counted(several.rows, 'order')}{several.shown()}{apart}"
+            tell(f"{told}; {chosen} is the order's.")
     if totals["early"]:
         tell(f"Due before time 0: {counted(totals['early'], 'order')}; 0 is written.")
     if len(lines.offsets) > 1:

@@ -83,8 +83,8 @@ def test_orders_that_are_due(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     ]
     told = capsys.readouterr().out
     assert 'Left empty: 1 row with a due time that cannot be read: row 4 "noon".' in told
-    assert "Lines with different due times: 1 order; the earliest is the order's." in told
-    assert "Lines with different priorities: 1 order; the highest is the order's." in told
+    assert 'Lines with different due times: 1 order: row 1 "1"; the earliest is the order\'s.' in told
+    assert 'Lines with different priorities: 1 order: row 1 "1"; the highest is the order\'s.' in told
     assert "Due before time 0: 1 order; 0 is written." in told
     orders = rmfs_core.run(tmp_path / "out" / "scenario.toml").orders
     assert [(order["due_s"], order["priority"]) for order in orders] == [(60.0, 2), (None, 0), (0.0, 0)]
@@ -95,7 +95,7 @@ def test_orders_that_go_with_trucks(tmp_path: Path, capsys: pytest.CaptureFixtur
     text = "o,s,t,r\n1,a,06:00,south\n1,b,06:00,north\n2,a,06:05,\n3,a,06:06,south\n"
     options = "--route r --time-format %H:%M --pods 12 --skus-per-pod 1 --start 06:00"
     converted(tmp_path, text, options, *["--orders", str(tmp_path / "lines.csv")] * of_heads)
-    assert "with different routes: 1 order; the first by name is the order's." in capsys.readouterr().out
+    assert 'with different routes: 1 order: row 1 "1"; the first by name is the order\'s.' in capsys.readouterr().out
     trucks = "instance.departures={times={north=['06:10'], south=['06:20']}, column='route'}"
     orders = rmfs_core.run(tmp_path / "out" / "scenario.toml", overrides=[trucks]).orders
     assert [(order["due_s"], order["route"]) for order in orders] == [(600, "north"), (None, ""), (1200, "south")]
@@ -399,7 +399,7 @@ def test_what_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
         "Shortened: 1 order lost a line (--whole-orders leaves them out).",
         "Names with accents apart from their letters (NFD): 1; they are spelled as one sign (NFC).",
         "SKUs that an order repeats: 1 row; quantities are added up.",
-        "Lines with different times: 1 order; the earliest is the order's.",
+        'Lines with different times: 1 order: row 1 "1", up to 2.0 h apart; the earliest is the order\'s.',
         "Times with offsets from UTC of +00:00 and +02:00: hours of the day are by the clock of time 0 (--start).",
         "Largest lines: 2 of caf\u00e9 (order 1).",
         f"Wrote {tmp_path}/out/orders.csv: 1 order, 1 line, 2 items of 1 SKU; "
@@ -558,7 +558,9 @@ def test_lines_have_what_their_headers_say(tmp_path: Path, capsys: pytest.Captur
     assert f'Left out of {file}: 1 order without lines: "9".\n' in told
     assert f'Left out: 2 rows with no header in {file} that is kept: row 4 "10", row 5 "11".\n' in told
     assert "Left out: 2 orders with no row that is kept.\n" in told
-    assert "Headers with different times: 1 order; the earliest is the order's.\n" in told
+    assert (
+        'Headers with different times: 1 order: row 2 "8", up to 15 min apart; the earliest is the order\'s.\n' in told
+    )
 
 
 def test_an_order_is_left_out_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
