@@ -91,6 +91,8 @@ class Cleaner:
         Rows that were left out, by reason.
     emptied
         Fields that were left empty, by reason: due times and priorities that cannot be read.
+    whole_days
+        Due times and times of cancellation that are dates without a time of the day.
     lost
         Names of the orders of rows that were left out, and whether these are shortened by it: an order without its
         postage (a SKU to leave out) is whole.
@@ -99,7 +101,7 @@ class Cleaner:
     def __init__(self, columns: Columns, reader: Reader, choice: Choice) -> None:
         self.columns, self.reader, self.choice = columns, reader, choice
         self.rows = self.blank = 0
-        self.dropped, self.emptied = Tally(), Tally()
+        self.dropped, self.emptied, self.whole_days = Tally(), Tally(), Tally()
         self.lost: list[tuple[str, bool]] = []
         self._missing = {plain(sku) for sku in choice.leave_out}
         self._unwanted = frozenset(self._missing)
@@ -130,6 +132,8 @@ class Cleaner:
             yield f"Left out{of}: {part}."
         for part in self.left_empty().values():
             yield f"Left empty{of}: {part}."
+        for _, part in self.whole_days.parts():
+            yield f"Taken as 00:00 of the day{of}: {part}."
 
     def left_empty(self) -> dict[str, str]:
         """Return for each reason for fields left empty so far a part of a sentence, with what may help."""
@@ -212,13 +216,17 @@ class Cleaner:
     def _later(self, file: str, row: int, column: str | None, what: str, text: str) -> int | None:
         """Read a time that an order may do without."""
         try:
-            return self.reader.clock.read(text, row).tick if text else None
+            moment = self.reader.clock.read(text, row) if text else None
         except UnusableError as error:
             self.emptied.note(str(error).replace("a time", what), row, text)
         except ClockError as error:
             raise InputError(f"{file}, row {row}, {column}", str(error)) from None
         except (ValueError, OverflowError):
             self.emptied.note(f"{what} {UNREADABLE}", row, text)
+        else:
+            if moment is not None and moment.whole_day:
+                self.whole_days.note(f"{what} that is a date alone", row, text)
+            return None if moment is None else moment.tick
         return None
 
     def _priority(self, row: int, text: str) -> int | None:

@@ -83,6 +83,8 @@ class OrderLines:
         time, the earliest due time, the highest priority and the first route by name is the order's.
     most_apart
         Ticks by which the times of an order differ, at most.
+    due_before, cancelled_before
+        Orders that are due, or cancelled, before they arrive.
     left_out
         Orders that were left out whole, by reason.
     shortened
@@ -98,6 +100,7 @@ class OrderLines:
         self.cleaner = cleaner
         self.several: dict[str, Dropped] = {}
         self.most_apart = 0
+        self.due_before = self.cancelled_before = Dropped()
         self.left_out: dict[str, int] = {}
         self.shortened = 0
         self.heads: OrderHeads | None = None
@@ -189,6 +192,7 @@ class OrderLines:
         self._base.executescript("DROP TABLE line; DROP TABLE lost;")
         for what in ("times", "dues", "priorities", "routes"):
             self.several[what] = self._noted(what)
+        self.due_before, self.cancelled_before = self._noted("due < tick"), self._noted("cancelled < tick")
         self.most_apart = self._count(
             f"SELECT ifnull(max(times), 0) FROM {self._heads} WHERE name IN (SELECT name FROM whole)"
         )

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from datetime import UTC, datetime, timedelta
 from zoneinfo import ZoneInfo
 
-from attrs import frozen
+from attrs import field, frozen
 
 from rmfs_commands.convert.numeric_dates import LOOKS
 from rmfs_core.clock import TICKS_PER_S
@@ -50,10 +50,13 @@ class Moment:
         Ticks (1 ms): since 1970 in UTC or by a clock that is not known, since midnight, or since 0.
     ahead
         Ticks that the clock it was read from is ahead of UTC; 0 where that is not known.
+    whole_day
+        Whether it was written as a date without a time of the day, which counts as 00:00.
     """
 
     tick: int
     ahead: int = 0
+    whole_day: bool = field(default=False, eq=False)
 
 
 def guessed(texts: list[str], others: Sequence[str] | None = ()) -> str:
@@ -131,14 +134,15 @@ def reader_of(pattern: str | None, zone: ZoneInfo | None) -> Read:
         seconds = _numberreader_of("seconds", zone)
         dates = date_reader(zone)
         return lambda text: seconds(text) if _NUMBER.fullmatch(text) else dates(text)
-    of_day = not set(re.findall(r"%(.)", pattern)) & (_DATE | _YEAR)
+    directives = set(re.findall(r"%(.)", pattern))
+    of_day, whole_day = not directives & (_DATE | _YEAR), not directives & _CLOCK
     width = _width(pattern)
 
     def read(text: str) -> tuple[str, Moment]:
         if width is not None and len(text := _whole(text)) != width:
             raise ValueError
         moment = datetime.strptime(text, pattern)
-        return (OF_DAY, Moment(_tick(moment) % DAY)) if of_day else _dated(moment, zone)
+        return (OF_DAY, Moment(_tick(moment) % DAY)) if of_day else _dated(moment, zone, whole_day)
 
     return read
 
@@ -151,7 +155,7 @@ def date_reader(zone: ZoneInfo | None) -> Read:
     zone
         Time zone of times without an offset, by whose clock all times are shown; None: they stay as they are.
     """
-    return lambda text: _dated(datetime.fromisoformat(text), zone)
+    return lambda text: _dated(datetime.fromisoformat(text), zone, len(text) <= len("2024-03-01"))
 
 
 def _width(pattern: str) -> int | None:
@@ -177,14 +181,14 @@ def _numberreader_of(kind: str, zone: ZoneInfo | None) -> Read:
         if kind == "seconds":
             return SECONDS, Moment(round(number * TICKS_PER_S))
         if kind == "spreadsheet":
-            return _dated(_SPREADSHEET + timedelta(milliseconds=round(number * DAY)), zone)
+            return _dated(_SPREADSHEET + timedelta(milliseconds=round(number * DAY)), zone, number.is_integer())
         milliseconds = round(number * TICKS_PER_S) if kind == "unix" else round(number)
         return _dated((EPOCH + timedelta(milliseconds=milliseconds)).replace(tzinfo=UTC), zone)
 
     return read
 
 
-def _dated(moment: datetime, zone: ZoneInfo | None) -> tuple[str, Moment]:
+def _dated(moment: datetime, zone: ZoneInfo | None, whole_day: bool = False) -> tuple[str, Moment]:
     """Return kind and time of a date, by the clock of the zone if there is one."""
     if not _FIRST_YEAR <= moment.year <= _LAST_YEAR:
         raise UnusableError(f"a time that stands for none (before {_FIRST_YEAR} or after {_LAST_YEAR})")
@@ -196,9 +200,9 @@ def _dated(moment: datetime, zone: ZoneInfo | None) -> tuple[str, Moment]:
         moment = local
     ahead = moment.utcoffset()
     if ahead is None:
-        return LOCAL, Moment(_tick(moment))
+        return LOCAL, Moment(_tick(moment), 0, whole_day)
     ticks = ahead // timedelta(milliseconds=1)
-    return ABSOLUTE, Moment(_tick(moment.replace(tzinfo=None)) - ticks, ticks)
+    return ABSOLUTE, Moment(_tick(moment.replace(tzinfo=None)) - ticks, ticks, whole_day)
 
 
 def _tick(moment: datetime) -> int:

@@ -262,6 +262,12 @@ def _tell_kept(lines: OrderLines, totals: Counter[str]) -> None:
             apart = f", up to {told_hours(lines.most_apart / HOUR)} apart" if what == "times" else ""
             told = f"{of} with different {kind}: {counted(several.rows, 'order')}{several.shown()}{apart}"
             tell(f"{told}; {chosen} is the order's.")
+    for what, before, then in (
+        ("Due", lines.due_before, "late whenever they are completed"),
+        ("Cancelled", lines.cancelled_before, "cancelled as they arrive"),
+    ):
+        if before.rows:
+            tell(f"{what} before they arrive: {counted(before.rows, 'order')}{before.shown()}; they are {then}.")
     if totals["early"]:
         tell(f"Due before time 0: {counted(totals['early'], 'order')}; 0 is written.")
     if len(lines.offsets) > 1:

@@ -90,6 +90,28 @@ def test_orders_that_are_due(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert [(order["due_s"], order["priority"]) for order in orders] == [(60.0, 2), (None, 0), (0.0, 0)]
 
 
+@cases(
+    "formats days",
+    ([], ["2024-03-01", "20240301T0000", "2024-03-02"]),
+    (["--time-format", "%d.%m.%Y", "--time-format", "iso"], ["01.03.2024", "2024-03-01T00:00", "02.03.2024"]),
+    (["--time-format", "spreadsheet"], ["45352", "45352.00001", "45353"]),
+)
+def test_dates_without_a_time_of_day(tmp_path, capsys, formats, days) -> None:
+    times = [f"2024-03-01T{hour}:00" if "spreadsheet" not in formats else f"45352.{hour}" for hour in (18, 19, 20)]
+    rows = [f"{i},a,{time},{day},{day}" for i, (time, day) in enumerate(zip(times, days, strict=True), 7)]
+    heads = ["--orders", str(tmp_path / "lines.csv")]
+    for more, of in (([], ""), (heads, f" of {heads[1]}")):
+        converted(tmp_path, "\n".join(("o,s,t,d,c", *rows)), "--due d --cancelled c --force", *formats, *more)
+        told = capsys.readouterr().out
+        for what in ("a due time", "a time of cancellation"):
+            found = f'2 rows with {what} that is a date alone: row 1 "{days[0]}", row 3 "{days[2]}".\n'
+            assert f"Taken as 00:00 of the day{of}: {found}" in told
+        assert 'Due before they arrive: 2 orders: row 1 "7", row 2 "8"; they are late' in told
+        assert (
+            'Cancelled before they arrive: 2 orders: row 1 "7", row 2 "8"; they are cancelled as they arrive.' in told
+        )
+
+
 @pytest.mark.parametrize("of_heads", [False, True])
 def test_orders_that_go_with_trucks(tmp_path: Path, capsys: pytest.CaptureFixture[str], of_heads: bool) -> None:
     text = "o,s,t,r\n1,a,06:00,south\n1,b,06:00,north\n2,a,06:05,\n3,a,06:06,south\n"
