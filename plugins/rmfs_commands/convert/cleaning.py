@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator
 
 from attrs import field, frozen
 
-from rmfs_commands.convert.headers import plain
+from rmfs_commands.convert.headers import plain, told
 from rmfs_commands.convert.names import Names
 from rmfs_commands.convert.quantities import Quantities
 from rmfs_commands.convert.tables import Row
-from rmfs_commands.convert.tally import Tally
+from rmfs_commands.convert.tally import Dropped, Tally
 from rmfs_commands.convert.time_formats import Moment, UnusableError, guessed
 from rmfs_commands.convert.times import Clock, ClockError
 from rmfs_commands.instances.csv_files import MOST_ITEMS_OF_LINE
@@ -20,6 +21,7 @@ from rmfs_core.wording import counted, did_you_mean
 NO_QUANTITY = "a quantity that is no whole number from 1 on (returns, weights)"
 NO_TIME = "no time that can be read"
 UNREADABLE = "that cannot be read"
+_LIST = re.compile(r"""^[\[{].*[]}]$|\w["'\s]*[;,|]["'\s]*\w""")
 _MOST_PRIORITY = 10**10 - 1
 
 Line = tuple[str, str, int, int, int, int | None, int | None, int | None, int, str | None]
@@ -93,6 +95,10 @@ class Cleaner:
         Fields that were left empty, by reason: due times and priorities that cannot be read.
     whole_days
         Due times and times of cancellation that are dates without a time of the day.
+    lists
+        SKUs that look like a list of several, such as ``tea;mug``.
+    unused
+        Columns of the table of which nothing was read.
     lost
         Names of the orders of rows that were left out, and whether these are shortened by it: an order without its
         postage (a SKU to leave out) is whole.
@@ -102,6 +108,7 @@ class Cleaner:
         self.columns, self.reader, self.choice = columns, reader, choice
         self.rows = self.blank = 0
         self.dropped, self.emptied, self.whole_days = Tally(), Tally(), Tally()
+        self.lists, self.unused = Dropped(), list[str]()
         self.lost: list[tuple[str, bool]] = []
         self._missing = {plain(sku) for sku in choice.leave_out}
         self._unwanted = frozenset(self._missing)
@@ -128,12 +135,17 @@ class Cleaner:
         """Yield sentences on the rows read so far, those left out, and fields left empty."""
         blank = f", and {self.blank:,} without any entry" if self.blank else ""
         yield f"Read {counted(self.rows, row)}{of}{blank}."
+        if self.unused:
+            yield f"Columns that are not read{of}: {told(self.unused)}."
         for part in self.left_out():
             yield f"Left out{of}: {part}."
         for part in self.left_empty().values():
             yield f"Left empty{of}: {part}."
         for _, part in self.whole_days.parts():
             yield f"Taken as 00:00 of the day{of}: {part}."
+        if self.lists.rows > 1 or any(text[0] in "[{" for _, text in self.lists.examples):
+            found = f"{counted(self.lists.rows, 'row')}{self.lists.shown()}"
+            yield f"SKUs that look like lists{of}: {found}; each is taken as one SKU: a line needs a row of its own."
 
     def left_empty(self) -> dict[str, str]:
         """Return for each reason for fields left empty so far a part of a sentence, with what may help."""
@@ -170,6 +182,8 @@ class Cleaner:
                 time = f"{time} {time_of_day}"
             name, wanted = clean(order), clean(sku)
             items = self.reader.quantities.whole(amount, row) if columns.quantity else 1
+            if columns.sku and _LIST.search(wanted):
+                self.lists.note(row, wanted)
             if not name:
                 self.dropped.note("no order", row, "")
             elif order == columns.order and sku == (columns.sku or ""):

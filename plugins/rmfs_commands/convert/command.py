@@ -205,6 +205,7 @@ def _read_history(stack: ExitStack, given: dict[str, Any]) -> OrderLines:
     table: Path = given["history"]
     try:
         past, _ = _read(stack, table, given | dict.fromkeys(NOT_OF_HISTORY))
+        past.cleaner.unused = []  # times, which do not matter, and what the order lines have, too
     except InputError as error:
         if not table.is_file():
             raise

@@ -39,7 +39,11 @@ _NOT_CSV = {
 
 
 def csv_rows(
-    file: Path, columns: Sequence[str | None], separator: str = ",", encoding: str = "utf-8"
+    file: Path,
+    columns: Sequence[str | None],
+    separator: str = ",",
+    encoding: str = "utf-8",
+    header: list[str] | None = None,
 ) -> Iterator[Sequence[str]]:
     """Yield the fields of each row of a CSV file; empty lines are no rows.
 
@@ -53,6 +57,8 @@ def csv_rows(
         Sign between fields.
     encoding
         Its encoding, as Python names it; a byte order mark of UTF-8 is skipped.
+    header
+        Takes the names of all columns.
 
     Raises
     ------
@@ -68,7 +74,7 @@ def csv_rows(
             hint = partial(_hint, head, [*filter(None, columns)], separator, encoding)
             try:
                 with io.TextIOWrapper(raw, encoding=_with_mark(encoding), newline="") as stream:
-                    yield from _fields(file, stream, columns, separator, hint)
+                    yield from _fields(file, stream, columns, separator, hint, header)
             except UnicodeError:
                 found = f"expected {encoding.upper()} text, found {_wrong_byte(file, encoding)}"
                 raise InputError(str(file), found + (hint() or _SAY_ENCODING)) from None
@@ -77,13 +83,20 @@ def csv_rows(
 
 
 def _fields(
-    file: Path, stream: io.TextIOWrapper, columns: Sequence[str | None], separator: str, hint: Callable[[], str]
+    file: Path,
+    stream: io.TextIOWrapper,
+    columns: Sequence[str | None],
+    separator: str,
+    hint: Callable[[], str],
+    seen: list[str] | None,
 ) -> Iterator[Sequence[str]]:
     records = csv_records(stream, file, separator)
     line, header = next(records, (1, []))
     if header[:1] == ["sep="]:  # by which a spreadsheet program is told the separator
         line, header = next(records, (line, []))
     places = positions(header, columns, f"{file}, line {line}", hint)
+    if seen is not None:
+        seen[:] = header
     for row, (_, fields) in enumerate(records, 1):
         if len(fields) != len(header):
             expected = f"expected {len(header)} fields as in the header, found {len(fields)}"

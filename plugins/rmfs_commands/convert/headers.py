@@ -18,6 +18,12 @@ def plain(name: str) -> str:
     return unicodedata.normalize("NFC", name.strip())
 
 
+def told(names: Sequence[str]) -> str:
+    """Return names of columns for a sentence, of many only the first few."""
+    shown = [short(name) for name in names]
+    return first_few(shown) if len(shown) > _MANY else listed(shown)
+
+
 def positions(
     header: Sequence[str], columns: Sequence[str | None], place: str, hint: Callable[[], str] = lambda: ""
 ) -> list[int]:
@@ -45,8 +51,7 @@ def positions(
         if found > 1:
             raise InputError(place, f'found the column "{column}" {found} times; expected each once')
         if not found:
-            there = [short(name) for name in names if name]
-            told = first_few(there) if len(there) > _MANY else listed(there)
+            there = [name for name in names if name]
             meant = hint() or did_you_mean(plain(column), there)
-            raise InputError(place, f'there is no column "{column}"{meant}; found {told}')
+            raise InputError(place, f'there is no column "{column}"{meant}; found {told(there)}')
     return [len(names) if column is None else names.index(plain(column)) for column in columns]

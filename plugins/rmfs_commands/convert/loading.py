@@ -8,6 +8,7 @@ from itertools import islice
 from attrs import astuple
 
 from rmfs_commands.convert.cleaning import Cleaner
+from rmfs_commands.convert.headers import plain
 from rmfs_commands.convert.tables import Table
 
 ROWS_PER_BATCH = 16_384
@@ -28,6 +29,8 @@ def load(table: Table, cleaner: Cleaner, base: sqlite3.Connection, into: str) ->
         keep_lost(cleaner, base)
         base.execute("COMMIT")
         cleaner.ask(file)
+    used = {plain(column) for column in astuple(cleaner.columns) if column}
+    cleaner.unused = [*dict.fromkeys(name for name in map(plain, table.header) if name and name not in used)]
 
 
 def keep_lost(cleaner: Cleaner, base: sqlite3.Connection) -> None:

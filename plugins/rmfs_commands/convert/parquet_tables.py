@@ -18,7 +18,9 @@ _TEXTS = ("string", "large_string", "string_view")
 _BYTES = ("binary", "large_binary", "binary_view")
 
 
-def parquet_rows(file: Path, columns: Sequence[str | None], encoding: str = "utf-8") -> Iterator[Sequence[str]]:
+def parquet_rows(
+    file: Path, columns: Sequence[str | None], encoding: str = "utf-8", header: list[str] | None = None
+) -> Iterator[Sequence[str]]:
     """Yield the fields of each row of a Parquet file as texts; empty where a row has nothing.
 
     Parameters
@@ -29,6 +31,8 @@ def parquet_rows(file: Path, columns: Sequence[str | None], encoding: str = "utf
         Names of the columns: numbers, times, texts, or bytes that are text; None: an empty field.
     encoding
         Of texts that are stored as bytes.
+    header
+        Takes the names of all columns.
 
     Raises
     ------
@@ -43,6 +47,8 @@ def parquet_rows(file: Path, columns: Sequence[str | None], encoding: str = "utf
             schema = table.schema_arrow
             given = [*schema.names, None]
             names = [given[index] for index in positions(schema.names, columns, str(file))]
+            if header is not None:
+                header[:] = schema.names
             readers = {name: _reader(schema.field(name), file, encoding) for name in filter(None, names)}
             row = 1
             for batch in table.iter_batches(ROWS_PER_BATCH, columns=list(readers)):

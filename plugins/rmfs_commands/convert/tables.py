@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from attrs import frozen
+from attrs import field, frozen
 
 from rmfs_commands.convert.csv_tables import csv_rows
 from rmfs_commands.convert.parquet_tables import parquet_rows
@@ -42,11 +42,17 @@ class Table:
         Sign between the fields of a CSV file.
     encoding
         How the texts of the file are encoded.
+
+    Attributes
+    ----------
+    header
+        Names of its columns, once its rows are read.
     """
 
     file: Path
     separator: str = ","
     encoding: str = "utf-8"
+    header: list[str] = field(init=False, factory=list, eq=False)
 
     def rows(self, columns: Sequence[str | None]) -> Iterator[Row]:
         """Yield the rows, with the fields of some columns.
@@ -64,9 +70,9 @@ class Table:
         """
         try:
             if self._is_parquet():
-                yield from enumerate(parquet_rows(self.file, columns, self.encoding), 1)
+                yield from enumerate(parquet_rows(self.file, columns, self.encoding, self.header), 1)
             else:
-                yield from enumerate(csv_rows(self.file, columns, self.separator, self.encoding), 1)
+                yield from enumerate(csv_rows(self.file, columns, self.separator, self.encoding, self.header), 1)
         except OSError as error:
             raise InputError(str(self.file), f"cannot be read: {error.strerror or 'it is damaged'}") from None
         except UnicodeEncodeError:  # a byte that is no text, in what was typed

@@ -409,6 +409,23 @@ def test_time_zero_is_written_where_it_is_known(tmp_path, time, options, start) 
     assert scenario["instance"].get("start") == start
 
 
+@cases(
+    "text sentences",
+    ("o,s,q,s2,q2,\n1,a,1,b,2,\n", ["Columns that are not read: s2 and q2."]),
+    (
+        'o,s,q\n1,"[""tea"", ""mug""]",1\n',
+        [r"""SKUs that look like lists: 1 row: row 1 "["tea", "mug"]"; each is taken"""],
+    ),
+    ("o,s,q\n1,tea;mug;mug,1\n2,tea | cup,x\n", ['lists: 2 rows: row 1 "tea;mug;mug", row 2 "tea | cup"; each is']),
+    ('o,s,q\n1,"mug, red",1\n2,tea,1\n3,[x,1\n4,a|,1\n', []),
+)
+def test_what_is_no_line_of_its_own(tmp_path, capsys, text, sentences) -> None:
+    converted(tmp_path, text, "--quantity q --force")
+    told = capsys.readouterr().out
+    assert [one for one in sentences if one not in told] == []
+    assert ("SKUs that" in told, "Columns that" in told) == ("lists" in str(sentences), "Columns" in str(sentences))
+
+
 def test_what_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     rows = ["1,cafe\u0301,2024-07-01T06:00+02:00", "1,caf\u00e9,2024-07-01T06:00Z", ",,", "2,tea,noon"]
     converted(tmp_path, "\n".join(("o,s,t", *rows, "1,,2024-07-01T06:00Z")), ON_ONE_POD)
