@@ -2,8 +2,8 @@
 
 A load is hours wanted over hours there. Above 100 % pickers, packers and replenishment stations cannot do it in that
 time, whatever the rules; robots can where trips serve several order lines. The hours are those from the first order to
-the last, and, where stations have opening hours, on until they close; of the next opening so many count as keep the
-rate of items, if the last comes after closing. None counts after the run ends (`run.until_s`).
+the last, and, where stations have opening hours, on until they close, but of the last of several openings only as
+far as its items need at the rate of those before; and never after the run ends (`run.until_s`).
 Where all orders come within `AT_ONCE`, and stations are always open, there are none, and only what is wanted is said;
 so it is where orders arrive as others are assigned (process ``refill``). Where things fail or are maintained, hours
 there are those in service, on average.
@@ -190,24 +190,23 @@ class _Reckoning:
         self._window = None if self._refilled or end - demand.first < AT_ONCE else (demand.first, end)
 
     def _end(self) -> int:
-        """Return when the stations close that are open at the last arrival; the last arrival where none ever closes.
+        """Return when stations close after the last arrival; that itself where one of them is always open.
 
-        Where all are closed then, so much of the next opening counts, at most all, that as many items per hour come
-        since they closed as before: what arrives late makes no load smaller.
+        Of the opening in which it is handled so much counts as brings as many items per hour as all before did, at most
+        all, or until the last arrival: a few late orders do not make the load small. The first opening counts whole.
         """
         demand, last = self._demand, self._demand.last
-        if there := [one for one in self._stations if one.at(last)]:
-            return max([last, *(tick for one in there if (tick := one.next_change(last)) is not None)])
-        changing = {one: tick for one in self._stations if (tick := one.next_change(last)) is not None}
-        if not changing:
+        any_ = Timetable(tuple(span for one in self._stations for span in one.spans), self._zero)
+        if (change := any_.next_change(last)) is None:
             return last
-        closed = max(_last_change(one, last) for one in changing)
-        opens, closes = min(changing.values()), max(one.next_change(tick) or tick for one, tick in changing.items())
-        late, share = sum(items for minute, items in demand.items.items() if minute >= closed // MINUTE), 1.0
-        if closed - demand.first >= AT_ONCE:
-            per_hour = (demand.items.total() - late) / _hours_there(self._stations, demand.first, closed)
-            share = min(late / per_hour / _hours_there(self._stations, opens, closes), 1.0)
-        return opens + round(share * (closes - opens))
+        opens = _last_change(any_, last) if any_.at(last) else change
+        closed, closes = _last_change(any_, opens - 1), any_.next_change(opens) or opens
+        if closed - demand.first < AT_ONCE:
+            return closes
+        late = sum(items for minute, items in demand.items.items() if minute >= closed // MINUTE)
+        per_hour = (demand.items.total() - late) / _hours_there(self._stations, demand.first, closed)
+        share = min(late / per_hour / _hours_there(self._stations, opens, closes), 1.0)
+        return max(last, opens + round(share * (closes - opens)))
 
     def loads(self) -> list[Load]:
         demand, stations = self._demand, self._scenario.stations

@@ -46,6 +46,7 @@ def reckoned(items: Mapping[int, int], stations: int = 3, **keys: Any) -> tuple[
     # What arrives after closing has so much of the next day as keeps the load, at most all; nobody is there in its hour
     ({20: 60, 23: 60}, 1, {"open": (("06:00", "22:00"),)}, 2, 3, "20:00", 100, 24 + 7),
     ({20: 60, 22: 2}, 1, {"open": (("06:00", "22:00"),)}, 62 / 60, 1.55, "20:00", 100, 24 + 6 + 2 / 60),
+    ({20: 60, 30: 2}, 1, {"open": (("06:00", "22:00"),)}, 62 / 60, 2, "20:00", 100, 24 + 6 + 2 / 60),
     ({20: 60, 23: 900}, 1, {"open": (("06:00", "22:00"),)}, 16, 17.5, "20:00", 100, 24 + 21),
     ({21: 60, 23: 60}, 1, {"open": (("06:00", "22:00"),)}, 2, 16.5, "21:00", 100, 24 + 7.5),
     # Before they open at seven, orders arrive that the peak hour is not about
