@@ -360,17 +360,23 @@ def _robot(robot: RobotMemento, scenario: Scenario, fresh: Opening, names: Names
 def _complete(warehouse: Warehouse, state: State, names: Names) -> None:
     """Tell what no memento has: what is in batteries, until when pickers are busy, how many bundles there were."""
     told, robots, now_s = state.run or RunState(), state.robots or {}, warehouse.now / TICKS_PER_S
-    known, arrived = {robot.name: robot for robot in warehouse.robots}, state.orders
+    known = {robot.name: robot for robot in warehouse.robots}
     for name, (_, since_s) in told.joules.items():
         if name not in known:
             names.wrong(("run", "joules", name), f'names robot "{name}", which the state does not list')
         if since_s > now_s:
             names.wrong(("run", "joules", name), f"found {since_s:g}, which is later than the state's time")
-    for key, times in (("assigned_s", told.assigned_s), ("completed_s", told.completed_s)):
-        for name, at_s in times.items():
-            names.order(name, "run", key, name)
-            if not arrived[name].arrival_s <= at_s <= now_s:
-                expected = f"expected a time from the order's arrival to the state's, {now_s:g}"
+    orders = {name: order.arrival_s for name, order in state.orders.items()}
+    bundles = {bundle.name: bundle.arrival_s for bundle in state.bundles or ()}
+    for key, kind, arrived in (
+        *((key, "order", orders) for key in ("assigned_s", "completed_s", "cancelled_s")),
+        ("bundles_s", "bundle", bundles),
+    ):
+        for name, at_s in getattr(told, key).items():
+            if name not in arrived:
+                names.wrong(("run", key, name), f'names {kind} "{name}", which the state does not list')
+            if not arrived[name] <= at_s <= now_s:
+                expected = f"expected a time from the {kind}'s arrival to the state's, {now_s:g}"
                 names.wrong(("run", key, name), f"found {at_s:g}; {expected}")
     for robot in warehouse.robots:
         if (battery := warehouse.battery_of(robot)) is not None:

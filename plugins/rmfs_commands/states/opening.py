@@ -26,7 +26,7 @@ def opening_events(
     told = state.run or RunState()
     handled = [*_handled(warehouse, going, told, names)]
     held = {(one.order, one.station) for one in handled}
-    found = [*_of_orders(warehouse, told, held, saved=state.run is not None), *_of_bundles(warehouse), *handled]
+    found = [*_of_orders(warehouse, told, held, saved=state.run is not None), *_of_bundles(warehouse, told), *handled]
     over = warehouse.now if state.run is not None else warehouse.now - 1  # what is not saved counts from now on
     found += [*packing_events(warehouse, told, going, over), *_of_robots(warehouse, told, stories, going)]
     now = warehouse.now
@@ -50,7 +50,8 @@ def _of_orders(
         yield events.OrderArrived(order.arrival_tick, order.id)
         over = max(now if saved else now - 1, order.arrival_tick)  # what is not saved counts from now on
         if order.cancelled:
-            yield events.OrderCancelled(over, order.id)
+            at = told.cancelled_s.get(order.name)
+            yield events.OrderCancelled(over if at is None else to_ticks(at), order.id)
         last = {part.station: part for part in order.parts}
         at = assigned_s.get(order.name)
         assigned = (over if order.complete else now) if at is None else to_ticks(at)
@@ -79,11 +80,12 @@ def _handled(warehouse: Warehouse, going: Sequence[Going], told: RunState, names
             yield events.ItemPicked(since, since, one.tick, one.visit, one.station, 0, *held)
 
 
-def _of_bundles(warehouse: Warehouse) -> Iterator[events.Event]:
+def _of_bundles(warehouse: Warehouse, told: RunState) -> Iterator[events.Event]:
     for bundle in (*warehouse.bundles.values(), *(b for station in warehouse.storing for b in station.bundles)):
         yield events.BundleArrived(bundle.arrival_tick, bundle.id, bundle.name, bundle.sku, bundle.items)
         if bundle.station is not None:
-            yield events.BundleAssigned(warehouse.now, bundle.id, bundle.station)
+            at = told.bundles_s.get(bundle.name)
+            yield events.BundleAssigned(warehouse.now if at is None else to_ticks(at), bundle.id, bundle.station)
 
 
 def _of_robots(

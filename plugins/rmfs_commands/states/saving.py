@@ -15,7 +15,16 @@ from rmfs_commands.states.resuming import going_on
 from rmfs_commands.states.snapshots import Snapshots
 from rmfs_core.clock import to_seconds
 from rmfs_core.errors import InputError
-from rmfs_core.events import Event, ItemPicked, OrderArrived, OrderAssigned, OrderCompleted, VisitStarted
+from rmfs_core.events import (
+    BundleAssigned,
+    Event,
+    ItemPicked,
+    OrderArrived,
+    OrderAssigned,
+    OrderCancelled,
+    OrderCompleted,
+    VisitStarted,
+)
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.scenario import Scenario, located
 
@@ -40,7 +49,8 @@ def saver(path: str | Path, scenario: Scenario) -> Saver:
 
 
 class Saver:
-    """Observer that keeps when orders were assigned and complete, and visits began, and writes the state.
+    """Observer that keeps when orders and bundles were assigned, orders complete or cancelled, and visits began, and
+    writes the state.
 
     Parameters
     ----------
@@ -52,6 +62,8 @@ class Saver:
         self._path, self.saved = path, False
         self._assigned: dict[int, int] = {}
         self._completed: dict[int, int] = {}
+        self._cancelled: dict[int, int] = {}
+        self._bundles: dict[int, int] = {}
         self._visits: dict[int, int] = {}
         self._picked: dict[int, ItemPicked] = {}
         self._packing: dict[int, dict[str, Any]] = {}
@@ -65,6 +77,10 @@ class Saver:
             self._assigned[event.order] = event.tick
         elif isinstance(event, OrderCompleted):
             self._completed[event.order] = event.tick
+        elif isinstance(event, OrderCancelled):
+            self._cancelled[event.order] = event.tick
+        elif isinstance(event, BundleAssigned):
+            self._bundles[event.bundle] = event.tick
         elif isinstance(event, VisitStarted):
             self._visits[event.visit] = event.tick
         elif isinstance(event, PackingAssigned):
@@ -112,6 +128,10 @@ class Saver:
         if run.decisions.alarm is not None:
             state["run"]["wakes_s"] = to_seconds(run.decisions.alarm)
         state["run"] |= told_of(run)
+        if self._cancelled:
+            state["run"]["cancelled_s"] = {names[order]: to_seconds(tick) for order, tick in self._cancelled.items()}
+        if bundles := [bundle for station in warehouse.storing for bundle in station.bundles]:
+            state["run"]["bundles_s"] = {bundle.name: to_seconds(self._bundles[bundle.id]) for bundle in bundles}
         if run.outages is not None:
             state["run"]["outages"] = run.outages.memory()
         if run.packing is not None:

@@ -462,6 +462,8 @@ class RunState:
     wakes_s: float | None = key("When rules want to be woken up", None, unit="s", check=_TIME)
     assigned_s: Mapping[str, float] = key("When the last line of an order was assigned", factory=dict, check=_TIMES)
     completed_s: Mapping[str, float] = key("When an order was complete", factory=dict, check=_TIMES)
+    cancelled_s: Mapping[str, float] = key("When an order was cancelled", factory=dict, check=_TIMES)
+    bundles_s: Mapping[str, float] = key("When a bundle was assigned to its station", factory=dict, check=_TIMES)
     pickers_s: Mapping[str, float] = key(
         "When a station's picker will be free, where that is known", factory=dict, check=_TIMES
     )

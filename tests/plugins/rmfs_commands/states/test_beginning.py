@@ -108,6 +108,7 @@ def rows(table: Sequence[dict[str, Any]], after_s: float, key: str) -> list[dict
 @example("orders come", "sipp", 200_000, 1)
 @example("trucks", "sipp", 150_000, 1)
 @example("maintained", "sipp", 200_000, 2)
+@example("restocked", "free-flow", 450_000, 8)
 @given(
     st.sampled_from(sorted(WORLDS)), st.sampled_from(["free-flow", "sipp"]), st.integers(1, 900_000), st.integers(1, 9)
 )
@@ -130,6 +131,10 @@ def test_a_run_goes_on_as_if_it_had_not_been_stopped(
     assert rest.orders == whole.orders
     if (folder / "whole/packing.csv").exists():
         assert (folder / "rest/packing.csv").read_bytes() == (folder / "whole/packing.csv").read_bytes()
+    if (folder / "whole/bundles.csv").exists():
+        texts = ((folder / name / "bundles.csv").read_text() for name in ("rest", "whole"))
+        found, kept = (list(csv.DictReader(text.splitlines())) for text in texts)
+        assert found == [row for row in kept if not row["stored_s"] or float(row["stored_s"]) > at_s]
     for table, key in (("visits", "end_s"), ("periods", "time_s")):
         assert rows(getattr(rest, table), 0, key) == rows(getattr(whole, table), at_s, key)
     for name, value in whole.metrics.items():
@@ -147,6 +152,22 @@ def test_a_run_goes_on_as_if_it_had_not_been_stopped(
     assert told["completed"] == len(turnover)
     assert told["orders_time_s"] == pytest.approx((sum(turnover) - before) / len(turnover))
     assert min(*told["turnover_parts_s"].values(), *told["causes_percent"].values()) >= 0
+
+
+def test_an_order_that_has_left_has_left_when_it_did(tmp_path: Path) -> None:
+    """A state that does not tell when: at its time."""
+    rows = "a,0,x,1,\nb,0,y,1,\nc,12.5,x,1,20\nd,40,x,1,\n"
+    (tmp_path / "orders.csv").write_text(f"order,arrival_s,sku,quantity,cancelled_s\n{rows}")
+    (tmp_path / "pods.csv").write_text("pod,sku,quantity\np,x,9\nq,y,9\n")
+    files = (f"instance.{name}_file={tmp_path / name}.csv" for name in ("orders", "pods"))
+    given = (*files, "instance.orders=", "layout.stations_east=1", "layout.stations_west=0", "stations.item_capacity=1")
+    whole, (_, state) = simulate(*given), stopped(tmp_path, 30, *given)
+    left = [row["cancelled_s"] for row in whole.orders]
+    assert left == [None, None, 20, None]
+    assert [row["cancelled_s"] for row in simulate(*given, f"instance.state_file={state}").orders] == left
+    del (told := json.loads(state.read_text()))["run"]["cancelled_s"]
+    state.write_text(json.dumps(told))
+    assert simulate(*given, f"instance.state_file={state}").orders[2]["cancelled_s"] == 30
 
 
 def test_a_trace_has_the_state_and_is_checked_against_it(tmp_path: Path) -> None:
@@ -318,6 +339,8 @@ SLOW = "instance.orders=9 instance.arrivals.process=poisson instance.arrivals.or
     ({"time_s": 1.7e9}, "", "time_s: found 1,700,000,000; expected seconds since a run's time 0, not more than 100"),
     ({"run": {"pickers_s": {"1": -5}}}, "", "run.pickers_s.1: found -5, which is not later than the state's time"),
     ({"run": {"completed_s": {"C": 35600}}}, "", 'run.completed_s.C: names order "C", which the state does not list'),
+    ({"run": {"cancelled_s": {"A": 36001}}}, "", "run.cancelled_s.A: found 36001; expected a time from the order's a"),
+    ({"run": {"bundles_s": {"C": 35600}}}, "", 'run.bundles_s.C: names bundle "C", which the state does not list'),
     ({"run": {"begun": {"9": [1, 2, 3]}}}, "", 'run.begun.9: names station "9", which the state does not list'),
     ({"run": {"begun": {"1": [0, 2, 0]}}}, "", "run.begun.1: found [0, 2, 0]; expected the ids of a visit, an order"),
     ({"run": {"drawn": {"": 5}}}, "", 'found ""; expected ids: pod, or order and SKU'),
