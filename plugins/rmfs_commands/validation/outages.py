@@ -35,8 +35,7 @@ class _One:
 
     ``fails`` and ``repair`` are as drawn, ``up`` is the tick since which it works, ``free`` that since which it has no
     task (None while it has one), ``charges`` whether it may have charged for a while yet, ``out`` the time out of
-    service under way or else the last one: from when until when it lasts; ``down`` whether it is under way, and
-    ``missed`` whether it has worked when it was due to be out of service.
+    service under way or else the last one: from when until when it lasts; ``down`` whether it is under way.
     """
 
     name: str
@@ -48,7 +47,6 @@ class _One:
     charges: bool = False
     out: tuple[float, float] = (-1, -1)
     down: bool = False
-    missed: bool = False
     number: int = 0
 
     def due(self) -> tuple[float, bool]:
@@ -112,7 +110,7 @@ class OutageCheck:
         down["chargers"] = {i for i, cell in enumerate(self.cells) if cell not in warehouse.chargers}
         for kind, ones in self.ones.items():
             for i, one in enumerate(ones):
-                one.up, one.missed, kept = now, False, known.get((kind, i))
+                one.up, kept = now, known.get((kind, i))
                 if kept is None:
                     self._draw(kind, i)
                 else:
@@ -191,7 +189,7 @@ class OutageCheck:
     def begins(self, event: TaskAssigned | PodMoveDecided | RobotSent) -> None:
         """Check that a robot which gets something to do is in service."""
         one = self.robots[event.robot]
-        if not one.charges:
+        if not one.charges and event.tick > self.case.trace.began:  # a state tells itself what was due before
             self._missed(one, event.tick)
         if one.down:
             self.case.add("out-of-service", event.tick, f"{one.name} gets a task, but is out of service")
@@ -213,8 +211,8 @@ class OutageCheck:
 
     def _missed(self, one: _One, tick: int) -> None:
         due, planned = one.due()
-        if not one.down and not one.missed and due < tick:
-            one.missed = True  # say it once
+        if not one.down and due < tick:
+            one.fails, one.hours = math.inf, Timetable(())  # say it once
             self.case.add("outage", tick, f"{one.name} works at {seconds(due)}; expected: {_what(planned)}")
 
     def at_end(self) -> None:
