@@ -113,8 +113,9 @@ def best(result: ExperimentResult, metric: str, among: Collection[str] | None = 
     """Return the rule sets with least of a metric; None when there is no run that counts.
 
     Each other one is compared with that of the lowest mean by paired t tests, as `rmfs compare` does, but after
-    Bonferroni instead of Holm: then a difference is told where an interval of the table would leave out 0. Rule sets
-    that are not ``among`` some cannot be the best, where these are given.
+    Bonferroni instead of Holm: then a difference is told where an interval of the table would leave out 0. Your own
+    rules are none of them where the table tells of another rule set that it is better. Rule sets that are not ``among``
+    some cannot be the best, where these are given.
     """
     found = _whole(result.comparison(), metric)
     found = found if among is None else {name: one for name, one in found.items() if name in among}
@@ -124,8 +125,13 @@ def best(result: ExperimentResult, metric: str, among: Collection[str] | None = 
     against = _against(result, least, metric)
     alike = [name for name, one in against.items() if name != least and not _told_apart(one, len(against) - 1)]
     others = [name for name in alike if name in found]
-    own = next((name for name in others if name.endswith(OWN)), least)
-    return Best(metric, least, tuple(others), own, against if own == least else _against(result, own, metric))
+    own = next((name for name in others if name.endswith(OWN)), None)
+    if own is None:
+        return Best(metric, least, tuple(others), least, against)
+    of_own, family = _against(result, own, metric), len(against) - 1
+    if any(_told_better(of_own[name], family) for name in found if name != own):
+        return Best(metric, least, tuple(name for name in others if name != own), least, against)
+    return Best(metric, least, tuple(others), own, of_own)
 
 
 def cheapest(result: ExperimentResult, limit: tuple[str, float] | None) -> Iterator[str]:
@@ -173,6 +179,12 @@ def _failed(comparison: Comparison) -> set[str]:
 def _told_apart(one: Paired, family: int) -> bool:
     found = [p for p in (one.difference.p, one.relative.p) if p is not None]
     return bool(found) and family * max(found) <= SURE
+
+
+def _told_better(one: Paired, family: int) -> bool:
+    """Whether the interval of the table, or of the difference where that has none, lies below 0."""
+    shown = one.difference if one.relative.p is None else one.relative
+    return shown.p is not None and shown.mean is not None and shown.mean < 0 and family * shown.p <= SURE
 
 
 def table_of(result: ExperimentResult, found: Sequence[Best]) -> Table:
