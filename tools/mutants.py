@@ -111,7 +111,7 @@ def mutants_of(file: Path) -> Iterator[Mutant]:
             case ast.Constant(value=int(value)):
                 yield from changed(node, begin, end, str(value + 1))
             case ast.UnaryOp(op=ast.Not()):
-                yield from changed(node, begin, begin + len("not"), "")
+                yield from changed(node, begin, begin + len("not "), content[begin + 3 : begin + 4].decode().strip())
             case ast.IfExp(test=test):
                 at = place(test.lineno, test.col_offset), place(test.end_lineno or 0, test.end_col_offset or 0)
                 yield from changed(test, *at, f"not ({content[slice(*at)].decode()})")

@@ -26,6 +26,8 @@ def instance_problems(instance: Instance, scenario: Scenario) -> Iterator[InputE
         yield from _short_skus(instance, scenario)
     yield from _too_large_for_pods(instance, scenario.instance.pod_capacity)
     yield from _too_many_bundles(instance, scenario.instance)
+    if instance.restocked and scenario.rules.wait_for_stock is not False:
+        yield from _too_large_lines(instance, scenario)
     if scenario.rules.poa_pps is None:  # a joint rule may split an order that is larger than any station
         yield from oversize_orders(instance, scenario)
     yield from _pods_at_stations(instance, scenario.instance)
@@ -85,6 +87,21 @@ def _too_large_for_pods(instance: Instance, capacity: int | None) -> Iterator[In
         least, what = max(large, key=itemgetter(0))
         more = f" (the largest of {len(large)} that are too large)" if len(large) > 1 else ""
         yield InputError("instance.pod_capacity", f"found {capacity}; expected at least {least}, {what}{more}")
+
+
+def _too_large_lines(instance: Instance, scenario: Scenario) -> Iterator[InputError]:
+    """Yield the first line for which an order waits forever: all pods together have no space for its items."""
+    capacity, sizes = scenario.instance.pod_capacity, instance.sizes or (1,) * len(instance.skus)
+    if capacity is None or any(items is None for pod in instance.pods for _, items in pod.contents):
+        return
+    for order in instance.orders:
+        for sku, quantity in order.lines:
+            if quantity > (most := len(instance.pods) * (capacity // sizes[sku])):
+                wanted = f"order {order.name} wants {quantity:,} items of SKU {instance.skus[sku]}"
+                remedy = "a smaller line, more pods or a larger `instance.pod_capacity`"
+                problem = f"{wanted}, and all pods together have space for {most:,}; expected {remedy}"
+                yield InputError(_place(scenario, order.name, instance.skus[sku]), problem)
+                return
 
 
 def _too_many_bundles(instance: Instance, section: InstanceSection) -> Iterator[InputError]:

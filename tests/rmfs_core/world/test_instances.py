@@ -175,6 +175,10 @@ def test_orders_that_no_process_can_complete_are_refused(tmp_path: Path) -> None
     assert [bundle.name for bundle in make_instance(load_scenario(file)).bundles] == ["C", "B"]
     file = replenished(tmp_path, 'process = "poisson"\nbundles_per_hour = 1\nbundle_items = 1\n')
     assert make_instance(load_scenario(file)).bundles == ()
+    levels = 'process = "reorder-point"\nreorder_point = 1\norder_up_to = 2\n'
+    file = replenished(tmp_path, levels, "sku,size\na,2\n", "pod_capacity = 11\n")
+    with pytest.raises(InputError, match=r"line 4: order 2 wants 6 items of SKU a, and .* have space for 5; expected"):
+        make_instance(load_scenario(file))
 
 
 @cases(
