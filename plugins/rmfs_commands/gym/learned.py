@@ -67,11 +67,14 @@ class RowNetwork:
         return cls(direct, inner.reshape(features, units), shift, outer)
 
     def best(self, rows: NDArray[np.float32], mask: NDArray[Any]) -> int:
-        """Return the slot with the highest score of those that a mask allows; ties go to the lowest."""
+        """Return the slot with the highest score of those that a mask allows; ties go to the lowest.
+
+        Scores that differ after the ninth decimal are ties: by that much the arithmetic of processors may differ.
+        """
         allowed = np.flatnonzero(mask)
         x = rows[allowed].astype(np.float64)
         scores = x @ self.direct + np.tanh(x @ self.inner + self.shift) @ self.outer
-        return int(allowed[scores.argmax()])
+        return int(allowed[scores.round(9).argmax()])
 
 
 def read_networks(file: Path | None = None, *, may_wait: bool = False) -> Mapping[Role, RowNetwork]:

@@ -794,6 +794,9 @@ def test_a_network_scores_each_row_by_itself() -> None:
     assert network.best(rows, np.array([1, 1, 0, 0, 0])) == max((0, 1), key=scores.__getitem__)
     assert network.best(np.vstack([rows] * 40), np.arange(200) >= 100) == 102
     assert (RowNetwork.size(2, 1), RowNetwork.size(8, 0), RowNetwork.of(range(8), 8).outer.size) == (6, 8, 0)
+    last_digits = RowNetwork.of([1, 1 + 1e-12, 1 + 1e-6], 3)  # processors may tell apart the first two, or not
+    assert last_digits.best(np.eye(3, dtype=np.float32), np.array([1, 1, 0])) == 0
+    assert last_digits.best(np.eye(3, dtype=np.float32), np.ones(3)) == 2
 
 
 def test_weights_of_a_scenario(tmp_path: Path) -> None:
