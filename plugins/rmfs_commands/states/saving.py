@@ -155,7 +155,7 @@ class Saver:
             told |= {} if one.order is None else {"order": names[one.order]}
             told |= {} if one.sku is None else {"sku": skus[one.sku]}
             told |= {name: value for name in COUNTED if (value := getattr(one, name))}
-            if one.visit:
+            if one.visit in self._visits:  # not one that was over when the run began, of which an item is in hand
                 told["visit_since_s"] = to_seconds(self._visits[one.visit])
             told |= {"since_s": to_seconds(one.since)} if one.since else {}
             told |= {"until_s": to_seconds(one.tick)} if one.tick else {}

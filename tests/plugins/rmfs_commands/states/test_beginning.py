@@ -104,6 +104,15 @@ def rows(table: Sequence[dict[str, Any]], after_s: float, key: str) -> list[dict
     return [{name: value for name, value in row.items() if name != "seconds"} for row in left]
 
 
+def test_a_state_of_a_run_that_begins_with_an_item_in_hand(tmp_path: Path) -> None:
+    """Its pod had left before, so that nobody tells when that visit began."""
+    whole, state = rmfs_core.run("examples/small"), tmp_path / "state.json"
+    for at_s in (105, 105.5):
+        over = [f"run.until_s={at_s}", *([f"instance.state_file={state}"] if state.exists() else [])]
+        rmfs_core.run("examples/small", overrides=over, save_state=state)
+    assert rmfs_core.run("examples/small", overrides=[f"instance.state_file={state}"]).orders == whole.orders
+
+
 @settings(max_examples=20)
 @example("orders come", "sipp", 200_000, 1)
 @example("trucks", "sipp", 150_000, 1)
