@@ -5,10 +5,11 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 
-from attrs import frozen
+from attrs import evolve, frozen
 
 from rmfs_commands.experiments.experiment import Job
 from rmfs_commands.experiments.sources import changed_since
+from rmfs_commands.instances.csv_files import warnings_kept
 from rmfs_core import run
 from rmfs_core.errors import InputError, RunError
 from rmfs_core.results import Result
@@ -29,16 +30,25 @@ class Outcome:
         Name of the error's class.
     run_s
         Wall-clock seconds of the run with its preparation.
+    warnings
+        Sentences on files that were read for it, for a person; those of files read before are missing.
     """
 
     result: Result | None
     error: str | None = None
     error_kind: str | None = None
     run_s: float = 0.0
+    warnings: tuple[str, ...] = ()
 
 
 def simulate(job: Job) -> Outcome:
     """Run a job. Never raises: a run that fails is an outcome like any other."""
+    with warnings_kept() as told:
+        outcome = _simulated(job)
+    return evolve(outcome, warnings=tuple(told))
+
+
+def _simulated(job: Job) -> Outcome:
     started = time.perf_counter()
     changed = changed_since(job.sources)
     if changed:

@@ -17,6 +17,7 @@ from rmfs_commands.experiments.rows import Row, labels, row_without_result
 from rmfs_commands.experiments.store import RunStore
 from rmfs_commands.experiments.watching import Watcher
 from rmfs_commands.experiments.workers import WorkerDiedError, Workers
+from rmfs_commands.instances.csv_files import warn
 from rmfs_core.errors import InputError
 from rmfs_core.results.catalogue import Metric
 from rmfs_core.scenario import Scenario
@@ -168,6 +169,8 @@ def run_experiment(
             watcher.started(len(different), len(rows), slots.count)
             try:
                 for job, outcome in outcomes:
+                    for told in outcome.warnings:
+                        warn(told)
                     rows[job.key] = row = _row(job, runs, outcome)
                     watcher.run_finished(job, row)
                     expected.see(job, row)

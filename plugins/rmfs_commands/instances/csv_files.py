@@ -11,6 +11,8 @@ import re
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import partial
 from pathlib import Path
 from typing import Any, TextIO
@@ -39,6 +41,7 @@ _DATES = {"arrival_s": "arrival", "due_s": "due", "cancelled_s": "cancelled"}  #
 _NAMES = ("bundle", "order", "pod", "robot", "sku")
 _SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}  # that are taken for commas elsewhere
 _WARNED, _MOST_OF_A_LINE = set[str](), 1_000_000  # signs: a device may have no line's end
+_kept: ContextVar[list[str] | None] = ContextVar("kept", default=None)
 MOST_ITEMS_OF_LINE = 1_000_000  # of a row: with more a run would go on for years
 TEN_YEARS = 3_653 * DAY  # what comes later has a wrong year, or counts from 1970
 
@@ -398,15 +401,30 @@ def _chosen(
         raise InputError(f"{file}, line {line}, {twice[0]}", "found this column twice; expected each once")
     left = [f"`{name}`{did_you_mean(name, known)}" for name in dict.fromkeys(header) if name not in read.values()]
     if optional and left:
-        _warn(f"{file}: ignored {listed(left)}.")
+        warn(f"{file}: ignored {listed(left)}.")
     yield from read.values()
 
 
-def _warn(told: str) -> None:
-    """Print a sentence on standard error, the first time only."""
+def warn(told: str) -> None:
+    """Print a sentence on standard error, or give it to who keeps them, the first time only."""
     if told not in _WARNED:
         _WARNED.add(told)
-        print(sentence(told), file=sys.stderr)
+        kept = _kept.get()
+        if kept is None:
+            print(sentence(told), file=sys.stderr)
+        else:
+            kept.append(told)
+
+
+@contextmanager
+def warnings_kept() -> Iterator[list[str]]:
+    """Keep what `warn` would print: another process has the screen, and shows it."""
+    told: list[str] = []
+    token = _kept.set(told)
+    try:
+        yield told
+    finally:
+        _kept.reset(token)
 
 
 def _returning(rows: Iterator[Row], file: Path, what: str) -> Iterator[Row]:
@@ -423,7 +441,7 @@ def _returning(rows: Iterator[Row], file: Path, what: str) -> Iterator[Row]:
         name, line = next(iter(again.items()))
         others = f"; so are those of {counted(len(again) - 1, f'more {what}')}" if len(again) > 1 else ""
         found = f"{what} {name} appears again after rows of other {what}s, and its rows are read as one {what}"
-        _warn(f"{file}, line {line}: {found}{others}.")
+        warn(f"{file}, line {line}: {found}{others}.")
 
 
 def _tick(text: str, place: str) -> int:

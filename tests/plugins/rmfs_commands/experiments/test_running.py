@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -303,6 +304,16 @@ def test_orders_from_a_file_are_the_same_for_every_seed(experiment: Write, tmp_p
     (day,) = {row["instance"] for row in result.rows if "from-csv" in row["instance"]}
     assert result.fixed == {day}
     assert result.comparison().fixed == (day, "overall")
+
+
+@pytest.mark.slow
+def test_what_several_workers_warn_of_is_shown_once(experiment: Write, tmp_path: Path, capfd) -> None:
+    for file in (Path(__file__).parents[4] / "scenarios" / "examples").glob("from-csv*"):
+        shutil.copy(file, tmp_path)
+    text = 'base = "./from-csv.toml"\nseeds = [1, 2]\nbaseline = "a"\n[[rule_sets]]\nname = "a"\n'
+    run_experiment(experiment(text), store=tmp_path / "runs", jobs=2)
+    (told,) = capfd.readouterr().err.splitlines()
+    assert told.endswith("from-csv-orders.csv: ignored `customer`.")
 
 
 def test_a_killed_helper_of_joblib_is_told_in_a_sentence(experiment, capfd) -> None:
