@@ -120,13 +120,13 @@ def search(
     first = min(stations, key=lambda number: (abs(number - start[0]), number))
 
     found: dict[int, int | None] = {first: fewest(partial(passes, first), least, most, start[1], wide)}
-    none = f"no number of {things.second[1]} up to {most} is enough"
+    none = f"no number of {things.second[1]} up to {most} is shown to be enough"
     reasons = {} if found[first] else {first: none}
     before = first
     for number in reversed([one for one in stations if one < first]):
         needed = found[before]
         if needed is None:
-            found[number], reasons[number] = None, f"not tried: {before} {things.first[1]} are too few already"
+            found[number], reasons[number] = None, f"not tried: {before} {things.first[1]} are not shown to be enough"
             continue
         found[number] = fewest(partial(passes, number), least, most, needed)
         if found[number] is None:

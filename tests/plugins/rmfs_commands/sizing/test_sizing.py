@@ -187,8 +187,8 @@ def test_what_is_left_out_has_its_reason() -> None:
     needs = {1: 99, 2: 99, 3: 12, 4: 8, 5: 8}
     found = search(lambda number, robots: robots >= needs[number], [1, 2, 3, 4, 5], (1, 16), (4, 8))
     assert found == (
-        Found(1, None, "not tried: 2 stations are too few already"),
-        Found(2, None, "no number of robots up to 16 is enough"),
+        Found(1, None, "not tried: 2 stations are not shown to be enough"),
+        Found(2, None, "no number of robots up to 16 is shown to be enough"),
         Found(3, 12),
         Found(4, 8),
         Found(5, None, "saves no robot"),
