@@ -259,6 +259,7 @@ def _forest(
             _whisker(panel, interval, row + spread, colour, 100 if in_percent else _scale(metric))
         panel.plot([], [], "o", color=colour, label=plain(name))
     panel.set_ylim(len(others) - 0.5, -0.5)
+    panel.locator_params(axis="x", nbins=5)  # labels such as -0.0025 are wide
     mark = MARK if comparison.censored(metric) else ""
     panel.set_title(_wrapped(f"{_title(comparison, metric).partition(' (')[0].rstrip(MARK)}{mark}", width))
     absolute = f"difference ({'percentage points' if unit == '%' else unit})" if unit else "difference"
