@@ -113,15 +113,20 @@ def restocked(instance: Instance, scenario: Scenario, wrong: Wrong = refuse) -> 
         skus=skus,
         sizes=tuple(int(told.get(sku, {}).get("size", 1)) for sku in skus) if told else (),
         bundles=tuple(sorted(bundles, key=lambda bundle: bundle.arrival_tick)),
-        levels=tuple(_levels(instance, given, told)) if given.process == "reorder-point" else (),
+        levels=tuple(_levels(instance, scenario, given, told)) if given.process == "reorder-point" else (),
         restocked=given.process != "none",
     )
 
 
 def _levels(
-    instance: Instance, given: Replenishment, told: Mapping[str, Mapping[str, float]]
+    instance: Instance, scenario: Scenario, given: Replenishment, told: Mapping[str, Mapping[str, float]]
 ) -> Iterator[tuple[int, int]]:
-    """Yield s and S of each SKU in items; s at least what lets no single order line wait forever."""
+    """Yield s and S of each SKU in items.
+
+    Where orders do not wait for stock, nothing tells that one lacks some: s is then at least what lets no single order
+    line wait forever.
+    """
+    waits = scenario.rules.wait_for_stock is not False
     wanted, largest = Counter[int](), Counter[int]()
     for order in instance.orders:
         for sku, quantity in order.lines:
@@ -140,7 +145,7 @@ def _levels(
             problem = f"expected order_up_to > reorder_point, found {up_to:g} <= {s:g} for SKU {name}"
             raise InputError("instance.replenishment", problem)
         unit = wanted[sku] / days if given.unit == "days" else 1
-        least = max(math.floor(s * unit), largest[sku] - 1)
+        least = math.floor(s * unit) if waits else max(math.floor(s * unit), largest[sku] - 1)
         yield least, max(math.ceil(up_to * unit), least + 1)
 
 

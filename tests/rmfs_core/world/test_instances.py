@@ -1,6 +1,7 @@
 """The data that a run starts from, held against the scenario that they shall run in."""
 
 import re
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
@@ -139,8 +140,7 @@ def replenished(folder: Path, replenishment: str, skus: str = "", more: str = ""
 @cases(
     "levels skus expected",
     ("reorder_point = 9\norder_up_to = 20", "", ((9, 20), (9, 20))),
-    # s is at least what lets an order line of six items not wait for ever
-    ("reorder_point = 2\norder_up_to = 4", "", ((5, 6), (2, 4))),
+    ("reorder_point = 2\norder_up_to = 4", "", ((2, 4), (2, 4))),
     # 8 items of a and 1 of b within two days: 4 and 0.5 a day
     ('unit = "days"\nreorder_point = 2\norder_up_to = 5.1', "", ((8, 21), (1, 3))),
     ("reorder_point = 9\norder_up_to = 20", "sku,reorder_point,order_up_to\nb,1,3\nc,5,6\n", ((9, 20), (1, 3))),
@@ -151,6 +151,20 @@ def test_reorder_levels(tmp_path: Path, levels: str, skus: str, expected: tuple[
     assert instance.levels == expected
     assert instance.restocked
     assert not instance.unlimited_stock
+
+
+def test_what_a_line_above_the_reorder_point_lacks_is_ordered_when_it_comes(tmp_path: Path) -> None:
+    levels = 'process = "reorder-point"\nreorder_point = 2\norder_up_to = 4\nlead_s = 60\n'
+    file = replenished(tmp_path, levels, more="pod_capacity = 20\n")
+    assert run(file, overrides=["layout.replenishment_west=1"], out=tmp_path / "run").status == "complete"
+    lines = (tmp_path / "run" / "bundles.csv").read_text(encoding="utf-8").splitlines()[1:]
+    come = Counter[tuple[str, float]]()
+    for _, sku, items, arrival_s, *_ in (line.split(",") for line in lines):
+        come[sku, float(arrival_s)] += int(items)
+    # a: 4 - (1 - 2), since there is one, and order 1 wants two; then 4 - (4 - 6), for order 2
+    assert come == {("a", 60.0): 5, ("b", 60.0): 5, ("a", 172_860.0): 6}
+    at_once = load_scenario(file, ["rules.wait_for_stock=false"])  # nothing tells of a line of six, so s is 5
+    assert make_instance(at_once).levels == ((5, 6), (2, 4))
 
 
 @cases(
