@@ -417,7 +417,7 @@ class Hall(Handling):
             case events.VisitEnded(next_station=int(station)):
                 robot = self._floor.warehouse.pods[event.pod].robot
                 self._command("go_on", robot=robot, pod=event.pod, station=station)
-            case events.RobotSent():
+            case events.RobotSent() if event.robot in self._floor.stories:  # no event of how a state came to be
                 charge = self._floor.stories[event.robot][2]
                 self._command("move_robot", robot=event.robot, cell=event.cell, charge=charge)
             case events.PodMoveDecided():

@@ -359,6 +359,21 @@ def test_a_floor_goes_on_from_a_state_put_into_the_place_of_the_own(
         run_day(scenario, tmp_path / "hall.jsonl", tmp_path / "day")
 
 
+def test_robots_at_rest_and_at_chargers_are_so_in_a_state_that_is_put_back() -> None:
+    session = Hall(load_scenario("examples/charging", ("robots.count=2",)))
+    low = {"kind": "robot_at", "robot": "1", "cell": session.state["robots"]["1"]["cell"], "charge": 0.2}
+    arrives = {"kind": "order_arrived", "order": "A", "lines": {"1": 1}}
+    sent = next(one for one in tell(session, low, arrives)["commands"] if one["kind"] == "move_robot")
+    there = {"kind": "robot_at", "robot": sent["robot"], "cell": sent["cell"]}
+    for awaits, fact in (("robot_at", there), ("robot_charged", {"kind": "robot_charged", "robot": "1"}), (None, None)):
+        before = json.loads(to_json(session.state))
+        answer = session.take({"after": session.seq, "state": before})
+        after = json.loads(to_json(session.state))
+        assert ([one["kind"] for one in answer["commands"]], after["robots"]) == ([], before["robots"])
+        assert [one["awaits"] for one in after["session"]["awaited"] if one["robot"] == "1"] == [awaits][: bool(awaits)]
+        assert fact is None or tell(session, fact, seconds=5)["dropped"] == []
+
+
 def test_what_is_in_doubt_stays_so_in_a_state_that_is_put_back(session: Hall) -> None:
     fetch = until(session, "fetch")
     tell(session, {"kind": "pod_locked", "pod": "7"}, {"kind": "robot_failed", "robot": fetch["robot"]})
