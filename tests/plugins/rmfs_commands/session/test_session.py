@@ -1,5 +1,6 @@
 """Sessions decide as the simulation does, and go on when their process dies or the floor is not as told."""
 
+import gzip
 import itertools
 import json
 import os
@@ -421,6 +422,23 @@ def test_the_first_correction_of_a_day_may_be_at_time_0(tmp_path: Path) -> None:
     session.close()
     run_day(scenario, tmp_path / "hall.jsonl", tmp_path / "day", ("trace",))
     assert (assign["kind"], check_trace(tmp_path / "day").floor["corrected_s"]) == ("assign", 0)
+
+
+OPENS = ('stations.open=[["00:00", "00:06"], ["00:09", "23:00"]]',)
+
+
+def test_a_station_that_the_floor_closed_stays_so_when_its_timetable_opens_it(journal: Path, tmp_path: Path) -> None:
+    session = Hall(scenario := load_scenario(EXAMPLES / "small.toml", OPENS), journal)
+    closed, opened = ({"kind": f"station_{what}", "station": "1"} for what in ("closed", "opened"))
+    for seconds, facts in ((0, [ARRIVES]), (100, [closed]), (500, []), (100, []), (100, [opened])):
+        tell(session, *facts, seconds=seconds)
+    assert session.state["stations"]["1"]["changes_s"] == 23 * 3600
+    session.close()
+    run_day(scenario, journal, tmp_path / "day", ("trace",))
+    with gzip.open(tmp_path / "day" / "trace.jsonl.gz") as lines:
+        traced = [*map(json.loads, lines)][1:]
+    told = [(one["e"], one["tick"] // 1000) for one in traced if one["e"].startswith("station_") and not one["station"]]
+    assert told == [("station_closed", 100), ("station_opened", 800)]
 
 
 def test_a_hall_with_packing_stations_takes_no_state() -> None:
