@@ -191,7 +191,8 @@ class CorrectedFloor(Floor):
         (self.closed.add if closed else self.closed.discard)(station.id)
         staffed, until = self.shifts.staffed(station.id) if station.id in self.hours else (False, None)
         self.warehouse.staff(station, not closed, until if staffed else None)
-        tell_open(self.warehouse, station, was_open, self._tell)
+        if station in self.warehouse.picking:  # observers hear of no hours of the others, which take no orders
+            tell_open(self.warehouse, station, was_open, self._tell)
 
     def block(self, cell: int) -> None:
         """Let no pod be brought to a storage location."""

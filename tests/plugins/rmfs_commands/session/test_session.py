@@ -441,6 +441,16 @@ def test_a_station_that_the_floor_closed_stays_so_when_its_timetable_opens_it(jo
     assert told == [("station_closed", 100), ("station_opened", 800)]
 
 
+def test_a_day_has_a_replenishment_station_that_the_floor_closed(journal: Path, tmp_path: Path) -> None:
+    session = Hall(scenario := load_scenario("examples/replenished"), journal)
+    for what in ("closed", "opened"):
+        tell(session, {"kind": f"station_{what}", "station": "3"}, seconds=100)
+        assert session.state["stations"]["3"].get("staffed", True) is (what == "opened")
+    session.close()
+    run_day(scenario, journal, tmp_path / "day", ("trace",))
+    assert check_trace(tmp_path / "day").faults == []
+
+
 def test_a_hall_with_packing_stations_takes_no_state() -> None:
     session = Hall(load_scenario("examples/packing"))
     tell(session)
