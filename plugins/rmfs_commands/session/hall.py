@@ -257,7 +257,8 @@ class Hall(Handling):
             else:
                 self._doubt((kind, name), why)
         for station in new.closed:
-            if ("station", station) not in self._doubtful and self._by_name["station"][station].id not in floor.hours:
+            timed = self._by_name["station"][station].id in floor.hours and station not in new.by_floor
+            if not timed and ("station", station) not in self._doubtful:
                 self._station_closed(station)
         for robot in new.failed:
             self._robot_failed(robot)
@@ -353,8 +354,9 @@ class Hall(Handling):
             for (kind, who), wait in self._floor.waits.items()
         ]
         waits += [told for told, _ in self._packing()]
+        closed = sorted(self._floor.warehouse.stations[number].name for number in self._floor.closed)
         session = {"seq": self.seq, "quarantine": doubtful, "awaited": waits, "failed": sorted(self._failed)}
-        return {**self._snapshots.state, "session": session}
+        return {**self._snapshots.state, "session": {**session, "closed": closed}}
 
     # What nothing is heard of
 

@@ -33,8 +33,8 @@ class Replacement:
         State in which a floor begins.
     doubtful
         Kind and name of each thing in doubt, and why.
-    failed, closed
-        Robots that have failed, and stations that are closed, by name.
+    failed, closed, by_floor
+        Robots that have failed, stations that are closed, and those of them that the floor closed, by name.
     own
         Fields of the caller, which begin with x-.
     """
@@ -44,6 +44,7 @@ class Replacement:
     doubtful: Sequence[tuple[tuple[str, str], str]]
     failed: Sequence[str]
     closed: Sequence[str]
+    by_floor: Sequence[str]
     own: Mapping[str, Any]
 
     @property
@@ -75,6 +76,9 @@ def replacement_of(data: Mapping[str, Any], scenario: Scenario, instance: Instan
         raise InputError(PLACE, f"found {shown_short(data['state'])}; expected a state, a JSON object")
     given = {key: value for key, value in data["state"].items() if key not in ("session", "run", "ask", "random")}
     doubtful = [*_doubtful(data["state"].get("session", {}))]
+    by_floor = data["state"].get("session", {}).get("closed", [])
+    if not isinstance(by_floor, list):
+        raise InputError(f"{PLACE}.session.closed", f"found {shown_short(by_floor)}; expected a list of stations")
     told = {(kind, name): one for (kind, name), one in doubtful}
     given = _trusted(given, told)
     robots, stations = _objects(given, "robots"), _objects(given, "stations")
@@ -91,7 +95,8 @@ def replacement_of(data: Mapping[str, Any], scenario: Scenario, instance: Instan
     state = state_from_dict(given, PLACE)
     begun = begin(scenario, instance, layout, state, PLACE)
     _claim_slots(begun.opening.warehouse)
-    return Replacement(after, begun, [(key, one["why"]) for key, one in told.items()], failed, closed, own)
+    whys = [(key, one["why"]) for key, one in told.items()]
+    return Replacement(after, begun, whys, failed, closed, by_floor, own)
 
 
 def _claim_slots(warehouse: Warehouse) -> None:

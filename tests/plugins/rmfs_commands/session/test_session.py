@@ -399,6 +399,7 @@ def test_what_is_in_doubt_stays_so_in_a_state_that_is_put_back(session: Hall) ->
     ({"robots": {"1": {"cell": 5, "task": "none"}}}, "batch.state, robots.1.task"),
     ({"skus": [[]]}, "batch.state, skus"),
     ({"session": {"quarantine": [3]}}, "session.quarantine.0: expected an entry"),
+    ({"session": {"closed": 1}}, "session.closed: found 1"),
     ({"stations": {}}, "batch.state, stations"),
     ({"orders": {"A": {"lines": {"nothing": 1}}}}, "names SKU"),
 )
@@ -439,6 +440,17 @@ def test_a_station_that_the_floor_closed_stays_so_when_its_timetable_opens_it(jo
         traced = [*map(json.loads, lines)][1:]
     told = [(one["e"], one["tick"] // 1000) for one in traced if one["e"].startswith("station_") and not one["station"]]
     assert told == [("station_closed", 100), ("station_opened", 800)]
+
+
+def test_a_station_that_the_floor_closed_stays_so_in_a_state_that_is_put_back() -> None:
+    session = Hall(load_scenario(EXAMPLES / "small.toml", OPENS))
+    tell(session, seconds=400)
+    tell(session, {"kind": "station_closed", "station": "1"})
+    session.take({"after": session.seq, "state": json.loads(to_json(session.state))})
+    tell(session, seconds=200)
+    assert [one.get("staffed", True) for one in session.state["stations"].values()] == [False, True]
+    tell(session, {"kind": "station_opened", "station": "1"})
+    assert (session.state["stations"]["1"].get("staffed", True), session.state["session"]["closed"]) == (True, [])
 
 
 def test_a_day_has_a_replenishment_station_that_the_floor_closed(journal: Path, tmp_path: Path) -> None:
