@@ -254,6 +254,7 @@ class Hall(Handling):
             if kind == "cell":
                 if name.isdecimal() and int(name) in floor.warehouse.free_locations:
                     self._cell_blocked(int(name))
+                    self._doubtful[kind, name] = why
             else:
                 self._doubt((kind, name), why)
         for station in new.closed:

@@ -76,13 +76,12 @@ def replacement_of(data: Mapping[str, Any], scenario: Scenario, instance: Instan
         raise InputError(PLACE, f"found {shown_short(data['state'])}; expected a state, a JSON object")
     given = {key: value for key, value in data["state"].items() if key not in ("session", "run", "ask", "random")}
     doubtful = [*_doubtful(data["state"].get("session", {}))]
-    by_floor = data["state"].get("session", {}).get("closed", [])
-    if not isinstance(by_floor, list):
-        raise InputError(f"{PLACE}.session.closed", f"found {shown_short(by_floor)}; expected a list of stations")
+    lost, by_floor = (_listed(data["state"].get("session", {}), key) for key in ("failed", "closed"))
     told = {(kind, name): one for (kind, name), one in doubtful}
     given = _trusted(given, told)
     robots, stations = _objects(given, "robots"), _objects(given, "stations")
-    failed = [name for name, one in robots.items() if one.get("in_service") is False and ("robot", name) not in told]
+    out = [name for name, one in robots.items() if one.get("in_service") is False]
+    failed = [name for name in out if ("robot", name) not in told or name in lost]
     closed = [name for name, one in stations.items() if False in (one.get("in_service"), one.get("staffed"))]
     for section, entries in (("robots", robots), ("stations", stations)):
         for name, one in entries.items():
@@ -115,6 +114,14 @@ def _objects(given: Mapping[str, Any], section: str) -> dict[str, Mapping[str, A
     if not isinstance(found, Mapping):
         return {}
     return {name: one for name, one in found.items() if isinstance(one, Mapping)}
+
+
+def _listed(session: Mapping[str, Any], key: str) -> list[Any]:
+    """Return the names that a state's ``session`` lists."""
+    found = session.get(key, [])
+    if not isinstance(found, list):
+        raise InputError(f"{PLACE}.session.{key}", f"found {shown_short(found)}; expected a list of names")
+    return found
 
 
 def _doubtful(session: Any) -> Iterator[tuple[tuple[str, str], Mapping[str, Any]]]:

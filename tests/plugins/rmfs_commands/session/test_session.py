@@ -27,6 +27,7 @@ from rmfs_commands.validation import check_trace
 from rmfs_core.errors import InputError, RmfsError
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.scenario import RuleChoice, load_scenario
+from rmfs_core.world import make_layout
 
 EXAMPLES = Path(__file__).parents[4] / "scenarios" / "examples"
 
@@ -379,7 +380,11 @@ def test_what_is_in_doubt_stays_so_in_a_state_that_is_put_back(session: Hall) ->
     fetch = until(session, "fetch")
     tell(session, {"kind": "pod_locked", "pod": "7"}, {"kind": "robot_failed", "robot": fetch["robot"]})
     tell(session, {"kind": "order_arrived", "order": "o1", "lines": {"1": 1}})
+    tell(session, {"kind": "robot_charged", "robot": fetch["robot"]})  # one that has failed is in doubt, too
     before = json.loads(to_json(session.state))
+    cells = {told.get("cell") for told in before["pods"].values()} | {*before["empty_pods"]}
+    free = next(one for one in make_layout(scenario_of(RULES["sequential"])).storage_locations if one not in cells)
+    before["session"]["quarantine"].append({"cell": str(free), "why": "a store was refused"})
     session.take({"after": session.seq, "state": before})
     after = session.state
     assert after["session"]["quarantine"] == before["session"]["quarantine"]
