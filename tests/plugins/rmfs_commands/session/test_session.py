@@ -458,17 +458,21 @@ def test_a_station_that_the_floor_closed_stays_so_in_a_state_that_is_put_back() 
     assert (session.state["stations"]["1"].get("staffed", True), session.state["session"]["closed"]) == (True, [])
 
 
-def test_a_day_has_a_robot_sent_to_rest_whose_task_was_taken_back(journal: Path, tmp_path: Path) -> None:
+def test_a_day_has_robots_whose_task_or_rest_was_taken_back(journal: Path, tmp_path: Path) -> None:
     scenario = load_scenario(EXAMPLES / "small.toml", ("rules.idle=rest-nearest", "robots.count=2"))
     session = Hall(scenario, journal)
     _, fetch, rests = tell(session, ARRIVES)["commands"]
     robot, there = {"robot": fetch["robot"]}, session.state["pods"]["1"]["cell"]
     tell(session, {"kind": "robot_at", "robot": rests["robot"], "cell": rests["cell"]}, seconds=5)
-    refused = {"kind": "command_refused", "command": fetch["command"], "why": "no"}
+    refused = {"kind": "command_refused", "why": "no", "command": fetch["command"]}
     tell(session, refused, {"kind": "robot_at", **robot, "cell": there}, seconds=5)  # the other robot fetches the pod
     sent = tell(session, {"kind": "robot_back", **robot}, seconds=60)["commands"]
     assert [one["kind"] for one in sent] == ["move_robot"]
-    tell(session, {"kind": "robot_at", **robot, "cell": sent[0]["cell"]}, seconds=9)
+    tell(session, {"kind": "robot_at", **robot, "cell": 61}, seconds=9)  # on its way
+    again, refused["command"] = ARRIVES | {"order": "B", "lines": {"5": 1, "9": 1, "14": 1}}, sent[0]["command"]
+    sent = tell(session, refused, again, {"kind": "robot_back", **robot}, seconds=9)
+    assert ("fetch", fetch["robot"]) in [(one["kind"], one.get("robot")) for one in sent["commands"]]
+    tell(session, {"kind": "robot_at", **robot, "cell": 60}, seconds=9)
     session.close()
     run_day(scenario, journal, tmp_path / "day", ("trace",))
     assert check_trace(tmp_path / "day").faults == []
