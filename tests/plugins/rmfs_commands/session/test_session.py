@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 from attrs import evolve
 
+import rmfs_core
 from bad_rules import write_rule
 from cases import cases
 from driven import Log, Told
@@ -456,6 +457,19 @@ def test_a_station_that_the_floor_closed_stays_so_in_a_state_that_is_put_back() 
     assert [one.get("staffed", True) for one in session.state["stations"].values()] == [False, True]
     tell(session, {"kind": "station_opened", "station": "1"})
     assert (session.state["stations"]["1"].get("staffed", True), session.state["session"]["closed"]) == (True, [])
+
+
+def test_a_run_goes_on_from_a_state_with_a_robot_that_drives_in_a_queue(tmp_path: Path) -> None:
+    session = Hall(scenario := load_scenario(EXAMPLES / "small.toml", ("rules.pp=free-flow",)))
+    fetch = tell(session, ARRIVES)["commands"][1]
+    queue = make_layout(scenario).stations[0].queue
+    at = [session.state["pods"][fetch["pod"]]["cell"], queue[len(queue) // 2]]
+    there, on_its_way = ({"kind": "robot_at", "robot": fetch["robot"], "cell": cell} for cell in at)
+    tell(session, there, {"kind": "pod_lifted", "pod": fetch["pod"]}, on_its_way, seconds=30)
+    (tmp_path / "state.json").write_text(to_json(session.state))
+    overrides = ["rules.pp=free-flow", f"instance.state_file={tmp_path / 'state.json'}"]
+    rmfs_core.run("examples/small", overrides=overrides, out=tmp_path / "run", record=["trace"])
+    assert check_trace(tmp_path / "run").faults == []
 
 
 def test_a_day_has_robots_whose_task_or_rest_was_taken_back(journal: Path, tmp_path: Path) -> None:
