@@ -164,7 +164,7 @@ class Asker:
             raise self.error(rule, self._too_long(time.perf_counter() - start), hook) from error
         except ImpossibleError as problem:
             raise self.error(rule, str(problem), hook) from problem
-        except (Exception, SystemExit, GeneratorExit) as error:  # whatever a rule does, the run ends in order
+        except BaseException as error:  # whatever a rule does, the run ends in order
             if is_interrupt(error):
                 raise
             raise self.error(rule, f"raised {raised(error, rule.instance)}", hook) from error

@@ -44,15 +44,19 @@ class Hours:
         """Open and close stations, and send robots on and off duty, as the timetables have it now."""
         warehouse, now, tell = self._run.warehouse, self._run.now, self._run.context.tell
         for whose, timetable in self._run.hours.items():
-            number = timetable.at(now)
             if whose is not None:
                 station = warehouse.stations[whose]
                 was_open = station.open
-                warehouse.staff(station, bool(number), timetable.next_change(now))
+                warehouse.staff(station, *self.staffed(whose))
                 tell_open(warehouse, station, was_open, tell)
-            elif number != sum(robot.on_duty for robot in warehouse.robots):
+            elif (number := timetable.at(now)) != sum(robot.on_duty for robot in warehouse.robots):
                 warehouse.put_on_duty(number)
                 tell(RobotsOnDuty(tick=now, number=number))
+
+    def staffed(self, station: int) -> tuple[bool, int | None]:
+        """Return whether a station with a timetable is open now, and the tick at which that changes."""
+        timetable, now = self._run.hours[station], self._run.now
+        return bool(timetable.at(now)), timetable.next_change(now)
 
 
 def hours_of(scenario: Scenario, stations: int) -> dict[int | None, Timetable]:

@@ -186,11 +186,13 @@ class CorrectedFloor(Floor):
                 self.hide(order)
 
     def close(self, station: Station, closed: bool) -> None:
-        """Let a station take no order, or again."""
+        """Let a station take no order, or again: until its timetable closes it, where that has it open."""
         was_open = station.open
         (self.closed.add if closed else self.closed.discard)(station.id)
-        self.warehouse.staff(station, not closed, None)
-        tell_open(self.warehouse, station, was_open, self._tell)
+        staffed, until = self.shifts.staffed(station.id) if station.id in self.hours else (False, None)
+        self.warehouse.staff(station, not closed, until if staffed else None)
+        if station in self.warehouse.picking:  # observers hear of no hours of the others, which take no orders
+            tell_open(self.warehouse, station, was_open, self._tell)
 
     def block(self, cell: int) -> None:
         """Let no pod be brought to a storage location."""

@@ -128,11 +128,9 @@ class FloorDriving(Driving):
 class FloorHours(Hours):
     """Opening hours of a floor (`Floor`), some of whose stations are closed whatever these say."""
 
-    def keep(self) -> None:
-        """Open and close stations, and send robots on and off duty."""
-        super().keep()
-        for station in self._run.closed:
-            self._run.warehouse.staff(self._run.warehouse.stations[station], False, None)
+    def staffed(self, station: int) -> tuple[bool, int | None]:
+        """Return whether a station is open now, and the tick at which that changes; None: when the floor says so."""
+        return (False, None) if station in self._run.closed else super().staffed(station)
 
 
 class FloorBundles(Bundles):

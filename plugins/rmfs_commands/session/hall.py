@@ -254,10 +254,12 @@ class Hall(Handling):
             if kind == "cell":
                 if name.isdecimal() and int(name) in floor.warehouse.free_locations:
                     self._cell_blocked(int(name))
+                    self._doubtful[kind, name] = why
             else:
                 self._doubt((kind, name), why)
         for station in new.closed:
-            if ("station", station) not in self._doubtful and self._by_name["station"][station].id not in floor.hours:
+            timed = self._by_name["station"][station].id in floor.hours and station not in new.by_floor
+            if not timed and ("station", station) not in self._doubtful:
                 self._station_closed(station)
         for robot in new.failed:
             self._robot_failed(robot)
@@ -353,8 +355,9 @@ class Hall(Handling):
             for (kind, who), wait in self._floor.waits.items()
         ]
         waits += [told for told, _ in self._packing()]
+        closed = sorted(self._floor.warehouse.stations[number].name for number in self._floor.closed)
         session = {"seq": self.seq, "quarantine": doubtful, "awaited": waits, "failed": sorted(self._failed)}
-        return {**self._snapshots.state, "session": session}
+        return {**self._snapshots.state, "session": {**session, "closed": closed}}
 
     # What nothing is heard of
 
@@ -417,7 +420,7 @@ class Hall(Handling):
             case events.VisitEnded(next_station=int(station)):
                 robot = self._floor.warehouse.pods[event.pod].robot
                 self._command("go_on", robot=robot, pod=event.pod, station=station)
-            case events.RobotSent():
+            case events.RobotSent() if event.robot in self._floor.stories:  # no event of how a state came to be
                 charge = self._floor.stories[event.robot][2]
                 self._command("move_robot", robot=event.robot, cell=event.cell, charge=charge)
             case events.PodMoveDecided():

@@ -33,8 +33,8 @@ class Replacement:
         State in which a floor begins.
     doubtful
         Kind and name of each thing in doubt, and why.
-    failed, closed
-        Robots that have failed, and stations that are closed, by name.
+    failed, closed, by_floor
+        Robots that have failed, stations that are closed, and those of them that the floor closed, by name.
     own
         Fields of the caller, which begin with x-.
     """
@@ -44,6 +44,7 @@ class Replacement:
     doubtful: Sequence[tuple[tuple[str, str], str]]
     failed: Sequence[str]
     closed: Sequence[str]
+    by_floor: Sequence[str]
     own: Mapping[str, Any]
 
     @property
@@ -75,10 +76,12 @@ def replacement_of(data: Mapping[str, Any], scenario: Scenario, instance: Instan
         raise InputError(PLACE, f"found {shown_short(data['state'])}; expected a state, a JSON object")
     given = {key: value for key, value in data["state"].items() if key not in ("session", "run", "ask", "random")}
     doubtful = [*_doubtful(data["state"].get("session", {}))]
+    lost, by_floor = (_listed(data["state"].get("session", {}), key) for key in ("failed", "closed"))
     told = {(kind, name): one for (kind, name), one in doubtful}
     given = _trusted(given, told)
     robots, stations = _objects(given, "robots"), _objects(given, "stations")
-    failed = [name for name, one in robots.items() if one.get("in_service") is False and ("robot", name) not in told]
+    out = [name for name, one in robots.items() if one.get("in_service") is False]
+    failed = [name for name in out if ("robot", name) not in told or name in lost]
     closed = [name for name, one in stations.items() if False in (one.get("in_service"), one.get("staffed"))]
     for section, entries in (("robots", robots), ("stations", stations)):
         for name, one in entries.items():
@@ -91,7 +94,8 @@ def replacement_of(data: Mapping[str, Any], scenario: Scenario, instance: Instan
     state = state_from_dict(given, PLACE)
     begun = begin(scenario, instance, layout, state, PLACE)
     _claim_slots(begun.opening.warehouse)
-    return Replacement(after, begun, [(key, one["why"]) for key, one in told.items()], failed, closed, own)
+    whys = [(key, one["why"]) for key, one in told.items()]
+    return Replacement(after, begun, whys, failed, closed, by_floor, own)
 
 
 def _claim_slots(warehouse: Warehouse) -> None:
@@ -110,6 +114,14 @@ def _objects(given: Mapping[str, Any], section: str) -> dict[str, Mapping[str, A
     if not isinstance(found, Mapping):
         return {}
     return {name: one for name, one in found.items() if isinstance(one, Mapping)}
+
+
+def _listed(session: Mapping[str, Any], key: str) -> list[Any]:
+    """Return the names that a state's ``session`` lists."""
+    found = session.get(key, [])
+    if not isinstance(found, list):
+        raise InputError(f"{PLACE}.session.{key}", f"found {shown_short(found)}; expected a list of names")
+    return found
 
 
 def _doubtful(session: Any) -> Iterator[tuple[tuple[str, str], Mapping[str, Any]]]:

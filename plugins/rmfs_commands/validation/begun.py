@@ -106,7 +106,7 @@ class Beginning:
         for robot, own in zip(self.warehouse.robots, self.state.robots, strict=True):
             one = self.doing.get(robot.id)
             if one is not None and not one.visit:
-                own.free_tick = one.since
+                own.free_tick = one.since if self.begun.decided else self.warehouse.now
             own.task = robot.task
             if robot.task is not None:
                 self.state.pods[robot.task].fetched_by = robot.id

@@ -9,7 +9,7 @@ from rmfs_commands.processes.events import ChargerDown, ChargerUp
 from rmfs_commands.trace.reader import Trace
 from rmfs_commands.validation.tables import has_batteries, robots_of
 from rmfs_core.clock import TICKS_PER_S
-from rmfs_core.events import PodLifted, PodMoveDecided, PodStored, RobotMoved, RobotRested, RobotSent
+from rmfs_core.events import PodLifted, PodMoveDecided, PodStored, RobotMoved, RobotRested, RobotSent, TaskAssigned
 
 WH = 3600
 ROBOT_KG, POD_KG, RESISTANCE, EFFICIENCY, SIDE_M, HALF_TRACK_M, LIFT_M, G = 150, 450, 0.015, 0.8, 0.9, 0.3, 0.05, 9.81
@@ -36,6 +36,8 @@ def recompute_robots(trace: Trace, begin: int, completed: int) -> dict[str, floa
                 broken.discard(event.cell)
             case PodMoveDecided():
                 doing[event.robot] = "moving"
+            case TaskAssigned():  # on a floor that took back what it was sent for before
+                doing.pop(event.robot, None)
             case RobotRested():
                 charges += counts and event.cell in trace.layout.chargers and event.cell not in broken
                 doing.pop(event.robot, None)

@@ -486,7 +486,7 @@ def waiting_ticks(trace: Trace) -> Counter[tuple[int, str]]:
                     since[event.robot] = (event.tick, "to_station" if isinstance(event, PodLifted) else state)
                 if isinstance(event, PodStored):
                     since.pop(event.robot, None)
-            case QueueJoined():
+            case QueueJoined() | RobotSent() | PodMoveDecided():  # the last two, on a floor that took a task back
                 since.pop(event.robot, None)
             case VisitStarted():
                 serving[event.pod] = event.robot

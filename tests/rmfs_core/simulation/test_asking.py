@@ -44,6 +44,7 @@ WHATEVER = [
     ("pr", "return None", "named cell None; expected a whole number"),
     ("pr", "return 'pod'", "named cell 'pod'; expected a whole number"),
     ("poa", "raise SystemExit(0)", "raised SystemExit: 0 ("),
+    ("poa", "import asyncio; raise asyncio.CancelledError('no')", "raised CancelledError: no ("),
 ]
 
 

@@ -1,5 +1,6 @@
 """Sessions decide as the simulation does, and go on when their process dies or the floor is not as told."""
 
+import gzip
 import itertools
 import json
 import os
@@ -12,6 +13,7 @@ from typing import Any
 import pytest
 from attrs import evolve
 
+import rmfs_core
 from bad_rules import write_rule
 from cases import cases
 from driven import Log, Told
@@ -26,6 +28,7 @@ from rmfs_commands.validation import check_trace
 from rmfs_core.errors import InputError, RmfsError
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.scenario import RuleChoice, load_scenario
+from rmfs_core.world import make_layout
 
 EXAMPLES = Path(__file__).parents[4] / "scenarios" / "examples"
 
@@ -359,11 +362,30 @@ def test_a_floor_goes_on_from_a_state_put_into_the_place_of_the_own(
         run_day(scenario, tmp_path / "hall.jsonl", tmp_path / "day")
 
 
+def test_robots_at_rest_and_at_chargers_are_so_in_a_state_that_is_put_back() -> None:
+    session = Hall(load_scenario("examples/charging", ("robots.count=2",)))
+    low = {"kind": "robot_at", "robot": "1", "cell": session.state["robots"]["1"]["cell"], "charge": 0.2}
+    arrives = {"kind": "order_arrived", "order": "A", "lines": {"1": 1}}
+    sent = next(one for one in tell(session, low, arrives)["commands"] if one["kind"] == "move_robot")
+    there = {"kind": "robot_at", "robot": sent["robot"], "cell": sent["cell"]}
+    for awaits, fact in (("robot_at", there), ("robot_charged", {"kind": "robot_charged", "robot": "1"}), (None, None)):
+        before = json.loads(to_json(session.state))
+        answer = session.take({"after": session.seq, "state": before})
+        after = json.loads(to_json(session.state))
+        assert ([one["kind"] for one in answer["commands"]], after["robots"]) == ([], before["robots"])
+        assert [one["awaits"] for one in after["session"]["awaited"] if one["robot"] == "1"] == [awaits][: bool(awaits)]
+        assert fact is None or tell(session, fact, seconds=5)["dropped"] == []
+
+
 def test_what_is_in_doubt_stays_so_in_a_state_that_is_put_back(session: Hall) -> None:
     fetch = until(session, "fetch")
     tell(session, {"kind": "pod_locked", "pod": "7"}, {"kind": "robot_failed", "robot": fetch["robot"]})
     tell(session, {"kind": "order_arrived", "order": "o1", "lines": {"1": 1}})
+    tell(session, {"kind": "robot_charged", "robot": fetch["robot"]})  # one that has failed is in doubt, too
     before = json.loads(to_json(session.state))
+    cells = {told.get("cell") for told in before["pods"].values()} | {*before["empty_pods"]}
+    free = next(one for one in make_layout(scenario_of(RULES["sequential"])).storage_locations if one not in cells)
+    before["session"]["quarantine"].append({"cell": str(free), "why": "a store was refused"})
     session.take({"after": session.seq, "state": before})
     after = session.state
     assert after["session"]["quarantine"] == before["session"]["quarantine"]
@@ -383,6 +405,7 @@ def test_what_is_in_doubt_stays_so_in_a_state_that_is_put_back(session: Hall) ->
     ({"robots": {"1": {"cell": 5, "task": "none"}}}, "batch.state, robots.1.task"),
     ({"skus": [[]]}, "batch.state, skus"),
     ({"session": {"quarantine": [3]}}, "session.quarantine.0: expected an entry"),
+    ({"session": {"closed": 1}}, "session.closed: found 1"),
     ({"stations": {}}, "batch.state, stations"),
     ({"orders": {"A": {"lines": {"nothing": 1}}}}, "names SKU"),
 )
@@ -406,6 +429,77 @@ def test_the_first_correction_of_a_day_may_be_at_time_0(tmp_path: Path) -> None:
     session.close()
     run_day(scenario, tmp_path / "hall.jsonl", tmp_path / "day", ("trace",))
     assert (assign["kind"], check_trace(tmp_path / "day").floor["corrected_s"]) == ("assign", 0)
+
+
+OPENS = ('stations.open=[["00:00", "00:06"], ["00:09", "23:00"]]',)
+
+
+def test_a_station_that_the_floor_closed_stays_so_when_its_timetable_opens_it(journal: Path, tmp_path: Path) -> None:
+    session = Hall(scenario := load_scenario(EXAMPLES / "small.toml", OPENS), journal)
+    closed, opened = ({"kind": f"station_{what}", "station": "1"} for what in ("closed", "opened"))
+    for seconds, facts in ((0, [ARRIVES]), (100, [closed]), (500, []), (100, []), (100, [opened])):
+        tell(session, *facts, seconds=seconds)
+    assert session.state["stations"]["1"]["changes_s"] == 23 * 3600
+    session.close()
+    run_day(scenario, journal, tmp_path / "day", ("trace",))
+    with gzip.open(tmp_path / "day" / "trace.jsonl.gz") as lines:
+        traced = [*map(json.loads, lines)][1:]
+    told = [(one["e"], one["tick"] // 1000) for one in traced if one["e"].startswith("station_") and not one["station"]]
+    assert told == [("station_closed", 100), ("station_opened", 800)]
+
+
+def test_a_station_that_the_floor_closed_stays_so_in_a_state_that_is_put_back() -> None:
+    session = Hall(load_scenario(EXAMPLES / "small.toml", OPENS))
+    tell(session, seconds=400)
+    tell(session, {"kind": "station_closed", "station": "1"})
+    session.take({"after": session.seq, "state": json.loads(to_json(session.state))})
+    tell(session, seconds=200)
+    assert [one.get("staffed", True) for one in session.state["stations"].values()] == [False, True]
+    tell(session, {"kind": "station_opened", "station": "1"})
+    assert (session.state["stations"]["1"].get("staffed", True), session.state["session"]["closed"]) == (True, [])
+
+
+def test_a_run_goes_on_from_a_state_with_a_robot_that_drives_in_a_queue(tmp_path: Path) -> None:
+    session = Hall(scenario := load_scenario(EXAMPLES / "small.toml", ("rules.pp=free-flow",)))
+    fetch = tell(session, ARRIVES)["commands"][1]
+    queue = make_layout(scenario).stations[0].queue
+    at = [session.state["pods"][fetch["pod"]]["cell"], queue[len(queue) // 2]]
+    there, on_its_way = ({"kind": "robot_at", "robot": fetch["robot"], "cell": cell} for cell in at)
+    tell(session, there, {"kind": "pod_lifted", "pod": fetch["pod"]}, on_its_way, seconds=30)
+    (tmp_path / "state.json").write_text(to_json(session.state))
+    overrides = ["rules.pp=free-flow", f"instance.state_file={tmp_path / 'state.json'}"]
+    rmfs_core.run("examples/small", overrides=overrides, out=tmp_path / "run", record=["trace"])
+    assert check_trace(tmp_path / "run").faults == []
+
+
+def test_a_day_has_robots_whose_task_or_rest_was_taken_back(journal: Path, tmp_path: Path) -> None:
+    scenario = load_scenario(EXAMPLES / "small.toml", ("rules.idle=rest-nearest", "robots.count=2"))
+    session = Hall(scenario, journal)
+    _, fetch, rests = tell(session, ARRIVES)["commands"]
+    robot, there = {"robot": fetch["robot"]}, session.state["pods"]["1"]["cell"]
+    tell(session, {"kind": "robot_at", "robot": rests["robot"], "cell": rests["cell"]}, seconds=5)
+    refused = {"kind": "command_refused", "why": "no", "command": fetch["command"]}
+    tell(session, refused, {"kind": "robot_at", **robot, "cell": there}, seconds=5)  # the other robot fetches the pod
+    sent = tell(session, {"kind": "robot_back", **robot}, seconds=60)["commands"]
+    assert [one["kind"] for one in sent] == ["move_robot"]
+    tell(session, {"kind": "robot_at", **robot, "cell": 61}, seconds=9)  # on its way
+    again, refused["command"] = ARRIVES | {"order": "B", "lines": {"5": 1, "9": 1, "14": 1}}, sent[0]["command"]
+    sent = tell(session, refused, again, {"kind": "robot_back", **robot}, seconds=9)
+    assert ("fetch", fetch["robot"]) in [(one["kind"], one.get("robot")) for one in sent["commands"]]
+    tell(session, {"kind": "robot_at", **robot, "cell": 60}, seconds=9)
+    session.close()
+    run_day(scenario, journal, tmp_path / "day", ("trace",))
+    assert check_trace(tmp_path / "day").faults == []
+
+
+def test_a_day_has_a_replenishment_station_that_the_floor_closed(journal: Path, tmp_path: Path) -> None:
+    session = Hall(scenario := load_scenario("examples/replenished"), journal)
+    for what in ("closed", "opened"):
+        tell(session, {"kind": f"station_{what}", "station": "3"}, seconds=100)
+        assert session.state["stations"]["3"].get("staffed", True) is (what == "opened")
+    session.close()
+    run_day(scenario, journal, tmp_path / "day", ("trace",))
+    assert check_trace(tmp_path / "day").faults == []
 
 
 def test_a_hall_with_packing_stations_takes_no_state() -> None:
