@@ -52,7 +52,7 @@ class Change:
         what = f"pods {self.pod} and {self.other} exchange their storage locations"
         if self.sku is not None:
             what = f"{self.sku} of pod {self.pod} and {self.other_sku} of pod {self.other}"
-        times = f"takes {self.cost_s:,.0f} s, saves {self.saved_s:,.0f} s a day"
+        times = f"takes {self.cost_s:,.0f} s, saves {self.saved_s:,.0f} s a day by the history"
         return f"{what}: {times}, pays after {self.pays_days:,.1f} days"
 
 
