@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from contextlib import suppress
+from functools import partial
 from threading import get_ident
 
 from attrs import define, evolve, field
@@ -18,6 +20,7 @@ from rmfs_core.events import Event, OrderArrived, OrderCancelled, OrderCompleted
 from rmfs_core.results.running import prepare
 from rmfs_core.roles import Role
 from rmfs_core.rules import with_objects
+from rmfs_core.simulation.engine import Simulation
 from rmfs_core.warehouse import WarehouseView
 
 _OPENS: dict[type[Event], int] = {OrderArrived: 1, OrderCompleted: -1, OrderCancelled: -1}
@@ -50,13 +53,22 @@ class Caller(PolicyRule):
     def choose(self, choice: Choice) -> int:
         """Leave the simulation's stack; return what it is entered again with."""
         if self._closed:  # what a process raises ends the run only after the other events of that time
-            raise GreenletExit
+            raise _Left
         try:
             slot: int = getcurrent().parent.switch(choice)
         except GreenletExit:
             self._closed = True
-            raise
+            raise _Left from None
         return slot
+
+
+class _Left(KeyboardInterrupt):
+    """An episode is left before its end: an interrupt, so that no rule is blamed for it."""
+
+
+def _run(simulation: Simulation, _: object) -> None:
+    with suppress(_Left):
+        simulation.run()
 
 
 @define(eq=False)
@@ -112,7 +124,7 @@ class Episode:
         )
         self.simulation = simulation = self._measured.simulation
         # It does not know the episode: so it ends, if nobody closes it, when the episode is forgotten.
-        self._stack = greenlet(lambda _: simulation.run())
+        self._stack = greenlet(partial(_run, simulation))
         self._started, self._thread = time.perf_counter(), get_ident()
 
     @property
