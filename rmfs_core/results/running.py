@@ -29,6 +29,18 @@ from rmfs_core.world.instance_making import generator_of
 from rmfs_core.world.layout_making import layout_maker
 
 
+@contextmanager
+def _collecting_seldom() -> Iterator[None]:
+    """Look for cycles of objects less often: those of a run live as long as it does."""
+    looks = gc.get_threshold()
+    gc.set_threshold(looks[0] and max(looks[0], 50_000), *looks[1:])  # 0: never
+    try:
+        yield
+    finally:
+        gc.set_threshold(*looks)
+
+
+@_collecting_seldom()
 def run(
     scenario: Scenario | str | Path,
     *,
@@ -89,15 +101,14 @@ def run(
     resolved = evolve(resolved, rules=with_objects(resolved.rules, rules or {}))
     making = entrypoints.format_module("recorders")
     recorders, standing = making.make_recorders(record), making.make_observers()
-    saver = None if save_state is None else entrypoints.format_module("states").saver(save_state, resolved)
-    observers = observers if saver is None else [*observers, saver]
-    told = [*((observer, None) for observer in observers), *recorders, *reversed(standing)]
+    savers = [] if save_state is None else [entrypoints.format_module("states").saver(save_state, resolved)]
+    told = [*((observer, None) for observer in (*observers, *savers)), *recorders, *reversed(standing)]
     writing: Any = nullcontext(lambda _: None)
     if out is not None:
         writing = entrypoints.format_module("results").writing(out, resolved, [one for one, _ in standing])
     with writing as folder_for:
         prepared = prepare(resolved, rules or {}, told, allow_inline_rules, folder_for)
-        if saver is not None:
+        for saver in savers:
             prepared.simulation.at_horizon = saver.save
         prepared.simulate()
         result = prepared.conclude()
@@ -140,7 +151,7 @@ class PreparedRun:
         """Let the simulation run, and take note of how it ended."""
         started = time.perf_counter()
         try:
-            with _undisturbed(self.simulation), _collecting_seldom():
+            with _undisturbed(self.simulation):
                 self.simulation.run()
             self.status = self.simulation.status
             self.interrupted = self.status == "partial"
@@ -201,17 +212,6 @@ def _undisturbed(simulation: Simulation) -> Iterator[None]:
     finally:
         if ours:
             signal.signal(signal.SIGINT, before)
-
-
-@contextmanager
-def _collecting_seldom() -> Iterator[None]:
-    """Look for cycles of objects less often: those of a run live as long as it does."""
-    looks = gc.get_threshold()
-    gc.set_threshold(looks[0] and max(looks[0], 50_000), *looks[1:])  # 0: never
-    try:
-        yield
-    finally:
-        gc.set_threshold(*looks)
 
 
 def _resolve(scenario: Scenario | str | Path, seed: int | None, overrides: Sequence[str]) -> Scenario:
