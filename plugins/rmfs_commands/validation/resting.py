@@ -13,6 +13,7 @@ class RestCheck:
     def __init__(self, case: Case, state: State) -> None:
         self.case = case
         self.state = state
+        self.since: dict[int, int] = {}  # robot -> when it was sent
         self.handlers: Handlers = {RobotSent: self.sent, RobotRested: self.rested}
 
     def sent(self, event: RobotSent) -> None:
@@ -28,7 +29,7 @@ class RestCheck:
             case.add("no-rest", event.tick, f"{sends}, which is no storage location or charger")
         elif any(event.cell in (other.cell, other.sent) for other in others):
             case.add("no-rest", event.tick, f"{sends}, where another robot is or goes")
-        robot.sent = event.cell
+        robot.sent, self.since[event.robot] = event.cell, event.tick
 
     def rested(self, event: RobotRested) -> None:
         """Check that the robot was sent, and stands where it may rest."""
@@ -36,6 +37,8 @@ class RestCheck:
         rests = f"{case.robot(event.robot)} rests at {case.where(event.cell)}"
         if robot.sent is None:
             case.add("rested", event.tick, f"{rests}, but was not sent to rest")
+        elif event.cell != robot.sent and event.tick != self.since[event.robot]:  # else a pod comes there
+            case.add("rested", event.tick, f"{rests}, but was sent to {case.where(robot.sent)}")
         if robot.cell != event.cell:
             case.add("rested", event.tick, f"{rests}, but stands at {case.where(robot.cell)}")
         if not case.is_rest(event.cell):
