@@ -42,13 +42,15 @@ class Best:
     metric
         The metric.
     least
-        The rule set with the lowest mean.
+        The rule set with the lowest mean: of those that are shown to be better than the scenario's own, if any is.
     others
         Rule sets that the runs show no difference from.
     take
         The one of these to take: the scenario's own if it is among them.
     against
         All compared with that, by name.
+    now
+        All compared with the scenario's own, by name; none where that does not complete its runs.
     """
 
     metric: str
@@ -56,6 +58,7 @@ class Best:
     others: tuple[str, ...]
     take: str
     against: dict[str, Paired]
+    now: dict[str, Paired]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -125,13 +128,18 @@ def best(result: ExperimentResult, metric: str, among: Collection[str] | None = 
     against = _against(result, least, metric)
     alike = [name for name, one in against.items() if name != least and not _told_apart(one, len(against) - 1)]
     others = [name for name in alike if name in found]
-    own = next((name for name in others if name.endswith(OWN)), None)
-    if own is None:
-        return Best(metric, least, tuple(others), least, against)
-    of_own, family = _against(result, own, metric), len(against) - 1
-    if any(_told_better(of_own[name], family) for name in found if name != own):
-        return Best(metric, least, tuple(name for name in others if name != own), least, against)
-    return Best(metric, least, tuple(others), own, of_own)
+    own = next((name for name in found if name.endswith(OWN)), None)
+    now = {} if own is None else _against(result, own, metric)
+    if own in others:
+        told = [name for name in found if name != own and _told_better(now[name], len(against) - 1)]
+        if not told:
+            return Best(metric, least, tuple(others), own, now, now)
+        alike = [name for name in (least, *others) if name != own]
+        if better := [name for name in alike if name in told]:
+            least = min(better, key=lambda name: found[name].mean or 0.0)
+            against = _against(result, least, metric)
+        others = [name for name in alike if name != least]
+    return Best(metric, least, tuple(others), least, against, now)
 
 
 def cheapest(result: ExperimentResult, limit: tuple[str, float] | None) -> Iterator[str]:
@@ -315,6 +323,10 @@ def sentences_of(found: Sequence[Best], seeds: int, *, repeats: bool = False) ->
     elif both:
         take = next((f"Keep {_plain(name)}" for name in both if name.endswith(OWN)), f"Take {both[0]}")
         yield f"{take}: no other rule set is shown to make fewer visits or to take less time."
+        if take == f"Take {both[0]}" and own:
+            time, visits = (one.now[both[0]].relative for one in (soonest, fewest))
+            says = f"takes {more(time, 'less', 'time')} and makes {more(visits, 'fewer', 'visits')}"
+            yield f"Against your rules it {says}."
     else:
         yield (
             f"Take {_named(quick)} where orders have to leave soon, {_named(few)} where each pod visit costs: "

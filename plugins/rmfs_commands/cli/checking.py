@@ -321,7 +321,7 @@ class _Check:
                     f"Note: {problem.problem.partition(';')[0]}; rules that do not split them give each an empty one."
                 )
         self.found.notes += [*_starving(scenario, instance, rules), *_misspelt(scenario, instance)]
-        self.found.notes += idle_notes(scenario, layout)
+        self.found.notes += [*_levels(scenario, instance), *idle_notes(scenario, layout)]
         self.found.notes += _while_closed(scenario, instance, layout)
         self.found.notes += [*_next_day(scenario, instance), *_paid_for_nothing(scenario, instance, layout)]
         self.found.loads = loads(scenario, instance, layout)
@@ -395,6 +395,27 @@ def _paid_for_nothing(scenario: Scenario, instance: Instance, layout: Layout) ->
             f"Note: pickers are paid for {hours:.1f} h before the first order arrives; `stations.open` says when "
             "stations open, or `instance.start` where time 0 is."
         )
+
+
+def _levels(scenario: Scenario, instance: Instance) -> Iterator[str]:
+    """Say which reorder levels in items are raised for an order line, and which are more than all pods can hold."""
+    given, file, room = scenario.instance.replenishment, scenario.instance.skus_file, scenario.instance.pod_capacity
+    if given is None or not instance.levels:
+        return
+    told = {} if file is None else read_skus(Path(scenario.folder) / file)
+    raised, beyond = [], []
+    for i, (name, (low, full)) in enumerate(zip(instance.skus, instance.levels, strict=True)):
+        asked = told.get(name, {}).get("reorder_point", given.reorder_point)
+        if given.unit == "items" and asked is not None and asked < low:
+            raised.append(f"SKU {name} from {asked:g} to {low}, as an order line wants {low + 1} items of it")
+        size = instance.sizes[i] if instance.sizes else 1
+        if room is not None and full > (most := len(instance.pods) * (room // size)):
+            beyond.append(f"SKU {name} ({full:,}, and space for {most:,})")
+    if raised:
+        more = f"; {len(raised) - 1:,} more SKUs likewise" if len(raised) > 1 else ""
+        yield f"Note: the reorder point is raised of {raised[0]}{more}."
+    if beyond:
+        yield f"Note: `order_up_to` is more than all pods together have space for: {first_few(beyond)}."
 
 
 def _misspelt(scenario: Scenario, instance: Instance) -> list[str]:

@@ -2,7 +2,7 @@
 
 With T the hours of the run after its warm-up, the parts are
 
-    pickers        picker_per_h * hours in which picking stations are open, or finish what they have
+    pickers        picker_per_h * hours in which picking stations are open, finish what they have or store a bundle
     packers        packer_per_h * hours in which packers are there, or finish a task, and sorters are
     replenishers   replenisher_per_h * T * replenishment stations
     robots         (robot_per_h + robot_per_year / hours_per_year) * T * robots

@@ -26,7 +26,7 @@ from rmfs_commands.details.spans import Number, ratio
 from rmfs_commands.details.stations import Stations
 from rmfs_commands.results.files import to_csv, write_text
 from rmfs_core.clock import TICKS_PER_S, to_ticks
-from rmfs_core.events import Event, QueueJoined, VisitEnded, VisitStarted
+from rmfs_core.events import BundleStored, Event, QueueJoined, VisitEnded, VisitStarted
 from rmfs_core.hookspecs import hookimpl
 
 if TYPE_CHECKING:
@@ -41,7 +41,9 @@ DEPARTURES = "departures.csv"
 """Of runs with `instance.departures`."""
 
 
-def _below(stations: int, handler: Callable[[Any], None], event: QueueJoined | VisitStarted | VisitEnded) -> None:
+def _below(
+    stations: int, handler: Callable[[Any], None], event: BundleStored | QueueJoined | VisitStarted | VisitEnded
+) -> None:
     """Hand on what happens at picking stations, whose ids are below those of replenishment stations."""
     if event.station < stations:
         handler(event)
@@ -70,7 +72,8 @@ class Details:
         picking, last = (self._hours, self._stations, self._measures), len(run.warehouse.stations)
         for part in (self._hours, self._stations, self._robots, self._delays, self._measures, *more):
             for kind, handler in part.handlers.items():
-                told = kind in (QueueJoined, VisitStarted, VisitEnded) and part in picking and run.layout.replenishing
+                at_both = kind in (BundleStored, QueueJoined, VisitStarted, VisitEnded)
+                told = at_both and part in picking and run.layout.replenishing
                 self._handlers.setdefault(kind, []).append(partial(_below, last, handler) if told else handler)
 
     @property

@@ -30,7 +30,7 @@ STATES = ("idle", "to_pod", "to_station", "queue", "station", "storing")
 queue; stand at the station; carry it to its storage location, until it has set it down."""
 
 OFF = "off"
-"""Nothing, off duty; only where `robots.available` says when robots are on duty."""
+"""Nothing, off duty, elsewhere than at a charger; only where `robots.available` says when robots are on duty."""
 
 TO_REST, CHARGING, LOW, MOVING, DOWN = "to_rest", "charging", "low", "moving_pods", "down"
 """And where the scenario has rules for that, batteries, or failures: drive to where it rests; stand at a charger; stand
@@ -131,8 +131,8 @@ class Robots:
             RobotSent: self._sent_off,
             RobotRested: self._rested,
             RobotDown: self._fails,
-            ChargerDown: self._charger_down,
-            ChargerUp: lambda event: self._broken.discard(event.cell),
+            ChargerDown: self._charger_changed,
+            ChargerUp: self._charger_changed,
             RobotUp: self._repaired,
             PodMoveDecided: lambda event: self._turn(event.robot, MOVING, event.tick),
             **({DecisionMade: self._decided} if self._battery else {}),
@@ -243,17 +243,18 @@ class Robots:
                 self._count(i, event.tick)
 
     def _resting(self, robot: int) -> str:
+        if self._battery and self._warehouse.robots[robot].cell in self._chargers - self._broken:
+            return CHARGING
         return "idle" if robot < self.on_duty.number else OFF
 
     def _rested(self, event: RobotRested) -> None:
-        charging = event.cell in self._chargers - self._broken and self._battery
-        self._charges += charging and event.tick >= self._begin
-        self._turn(event.robot, CHARGING if charging else self._resting(event.robot), event.tick)
+        self._turn(event.robot, state := self._resting(event.robot), event.tick)
+        self._charges += state == CHARGING and event.tick >= self._begin
 
-    def _charger_down(self, event: ChargerDown) -> None:
-        self._broken.add(event.cell)
+    def _charger_changed(self, event: ChargerDown | ChargerUp) -> None:
+        (self._broken.add if isinstance(event, ChargerDown) else self._broken.discard)(event.cell)
         for i, robot in enumerate(self._robots):
-            if robot.state == CHARGING and self._warehouse.robots[i].cell == event.cell:
+            if robot.state in (CHARGING, "idle", OFF) and self._warehouse.robots[i].cell == event.cell:
                 self._turn(i, self._resting(i), event.tick)
 
     def _look_at(self, robot: int) -> None:

@@ -6,10 +6,11 @@ from array import array
 from collections.abc import Callable
 from typing import Any
 
-from rmfs_commands.details.spans import Count, Number, length, merged, outside, overlap, ratio, within
+from rmfs_commands.details.spans import Count, Number, Span, length, merged, outside, overlap, ratio, within
 from rmfs_commands.processes.events import StationDown, StationUp
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
+    BundleStored,
     Event,
     ItemPicked,
     OrderArrived,
@@ -31,6 +32,7 @@ class Followed:
     def __init__(self) -> None:
         self.visits, self.picks = array("q"), array("q")
         self.begun, self.free = array("q"), array("q")  # when its picker took an item, and had handled it
+        self.stored: list[Span] = []  # when bundles were stored
         self.requests = Count()
         self.queue = Count()
         self.open = Count()
@@ -64,6 +66,7 @@ class Stations:
             QueueJoined: lambda event: self.followed[event.station].queue.add(event.tick, 1),
             VisitStarted: self._started,
             ItemPicked: self._picked,
+            BundleStored: lambda event: self.followed[event.station].stored.append((event.start_tick, event.tick)),
             StationOpened: lambda event: self.followed[event.station].open.add(event.tick, 1),
             StationClosed: lambda event: self.followed[event.station].open.add(event.tick, -1),
             StationDown: lambda event: self.followed[event.station].down.add(event.tick, 1),
@@ -145,12 +148,13 @@ class Stations:
     def paid_ticks(self, begin: int, end: int) -> int:
         """Return the time in which pickers are paid between two times, summed over stations.
 
-        A picker is paid while the station is open or finishes what it has, and through an outage that begins then.
+        A picker is paid while the station is open, finishes what it has or stores a bundle, and through an outage that
+        begins then.
         """
         found = 0
         for station in self.followed:
             busy, counts = zip(station.begun, station.free, strict=True), (station.requests, station.open)
-            there = merged([*busy, *(span for one in counts for span in one.above_zero(0, end))])
+            there = merged([*busy, *station.stored, *(span for one in counts for span in one.above_zero(0, end))])
             failed = [down for down in station.down.above_zero(0, end) if any(a < down[0] <= b for a, b in there)]
             found += length(within(merged([*there, *failed]), begin, end))
         return found

@@ -60,13 +60,13 @@ def recompute_costs(trace: Trace) -> dict[str, float | None]:
 
 
 def _pickers(trace: Trace, begin: int, end: int) -> int:
-    """Return the ticks in which picking stations are open, have items to pick, or have one in hand, summed.
+    """Return the ticks in which picking stations are open, have items to pick, have one in hand or store, summed.
 
     An outage counts like the time in which it begins.
     """
     picking = len(trace.stations) - trace.layout.replenishing
     changes: list[list[tuple[int, int]]] = [[(0, 1)] for _ in range(picking)]
-    failed = set[int]()
+    outages: list[StationDown | StationUp] = []
     for event in trace.events:
         if getattr(event, "station", picking) >= picking:
             continue
@@ -76,16 +76,21 @@ def _pickers(trace: Trace, begin: int, end: int) -> int:
                 changes[event.station].append((event.tick, more))
             case StationClosed():
                 changes[event.station].append((event.tick, -1))
-            case StationDown() if sum(change for tick, change in changes[event.station] if tick < event.tick) > 0:
-                failed.add(event.station)
-                changes[event.station].append((event.tick, 1))
-            case StationUp() if event.station in failed:
-                failed.remove(event.station)
-                changes[event.station].append((event.tick, -1))
+            case StationDown() | StationUp():
+                outages.append(event)
             case ItemPicked():
                 changes[event.station] += [(event.tick, -1), (event.start_tick, 1), (event.picker_free_tick, -1)]
             case BundleStored():
                 changes[event.station] += [(event.start_tick, 1), (event.tick, -1)]
+    paid = set[int]()
+    for event in outages:  # only now, when what was in hand then is known
+        of = changes[event.station]
+        if isinstance(event, StationDown) and sum(change for tick, change in of if tick < event.tick) > 0:
+            paid.add(event.station)
+            of.append((event.tick, 1))
+        elif event.station in paid and isinstance(event, StationUp):
+            paid.remove(event.station)
+            of.append((event.tick, -1))
     return sum(_above_zero(sorted(of), begin, end) for of in changes)
 
 

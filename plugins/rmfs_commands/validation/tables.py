@@ -419,20 +419,13 @@ def _turns(trace: Trace) -> list[list[tuple[int, str]]]:
     on_duty, cells = len(trace.robots), [robot["cell"] for robot in trace.robots]
     for event in trace.events:
         robot, state = getattr(event, "robot", None), simple.get(type(event))
-        for i in _cut_off(event, chargers, cells):
-            if turns[i][-1][1] == "charging":
-                turns[i].append((event.tick, "idle" if i < on_duty else OFF))
+        stand: list[int] = []  # robots without a task
         match event:
-            case RobotRested():
-                rests = "idle" if event.robot < on_duty else OFF
-                state = "charging" if event.cell in chargers else rests
-            case PodStored() | RobotUp():
-                state = "idle" if event.robot < on_duty else OFF
+            case RobotRested() | PodStored() | RobotUp():
+                stand = [event.robot]
             case RobotsOnDuty():
                 on_duty = event.number
-                for i, turned in enumerate(turns):
-                    if turned[-1][1] in ("idle", OFF):
-                        turned.append((event.tick, "idle" if i < on_duty else OFF))
+                stand = [i for i, turned in enumerate(turns) if turned[-1][1] in ("idle", OFF)]
             case PodLifted() if turns[event.robot][-1][1] != "moving_pods":
                 state = "to_station"
             case VisitStarted():
@@ -440,22 +433,17 @@ def _turns(trace: Trace) -> list[list[tuple[int, str]]]:
             case VisitEnded():
                 robot = serving[event.pod]  # None: nobody has told that the visit began
                 state = "to_station" if event.next_station is not None else "storing"
+            case RobotMoved():
+                cells[event.robot] = event.to
+            case ChargerDown() | ChargerUp():
+                (chargers.discard if isinstance(event, ChargerDown) else chargers.add)(event.cell)
+                there = (i for i, cell in enumerate(cells) if cell == event.cell)
+                stand = [i for i in there if turns[i][-1][1] in ("charging", "idle", OFF)]
         if robot is not None and state is not None:
             turns[robot].append((event.tick, state))
+        for i in stand:
+            turns[i].append((event.tick, "charging" if cells[i] in chargers else "idle" if i < on_duty else OFF))
     return turns
-
-
-def _cut_off(event: Event, chargers: set[int], cells: list[int]) -> list[int]:
-    """Update which chargers work and where robots stand; return the robots that stand at one which fails now."""
-    match event:
-        case RobotMoved():
-            cells[event.robot] = event.to
-        case ChargerUp():
-            chargers.add(event.cell)
-        case ChargerDown():
-            chargers.discard(event.cell)
-            return [robot for robot, cell in enumerate(cells) if cell == event.cell]
-    return []
 
 
 def waiting_ticks(trace: Trace) -> Counter[tuple[int, str]]:

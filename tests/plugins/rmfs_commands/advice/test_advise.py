@@ -177,8 +177,10 @@ def test_own_rules_are_not_kept_where_another_set_is_shown_to_be_better(small: S
         if row["rule_set"].startswith("near-best-pod"):
             row["turnover_s"] += 60 * (-1) ** row["seed"]
     found = best_of(result, 1)
-    assert (found.take, found.others) == ("near-best-pod + completes", ("workload + lexicographic",))
-    assert answer(result)[0].startswith("Take near-best-pod + completes: no other rule set is shown")
+    assert (found.take, found.others) == ("workload + lexicographic", ("near-best-pod + completes",))
+    told = answer(result)
+    assert told[0].startswith("Take workload + lexicographic: no other rule set is shown")
+    assert told[1] == "Against your rules it takes 30 % less time and makes 0 % more visits."
 
 
 def test_rule_sets_that_are_not_told_apart_win_nothing(small: Scenario) -> None:

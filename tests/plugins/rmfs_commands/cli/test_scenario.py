@@ -341,6 +341,18 @@ def test_what_may_be_a_slip_is_noted(tmp_path: Path) -> None:
     )
 
 
+def test_reorder_levels_that_are_raised_or_never_reached_are_noted(tmp_path: Path) -> None:
+    (tmp_path / "orders.csv").write_text("order,arrival_s,sku,quantity\n1,0,mug,1\n2,9,mug,8\n2,9,tea,3\n")
+    (tmp_path / "pods.csv").write_text("pod,sku,quantity\n1,mug,5\n")
+    (tmp_path / "skus.csv").write_text("sku,size,reorder_point\nmug,2,\ntea,1,2\n")
+    given = [f"instance.{what}_file={tmp_path}/{what}.csv" for what in ("orders", "pods", "skus")]
+    given += ["instance.replenishment={process='reorder-point', reorder_point=4, order_up_to=13}"]
+    assert check_scenario("examples/replenished", given, None, allow_inline=False).notes[1:3] == [
+        "Note: the reorder point is raised of SKU mug from 4 to 7, as an order line wants 8 items of it.",
+        "Note: `order_up_to` is more than all pods together have space for: SKU mug (13, and space for 12).",
+    ]
+
+
 def test_no_orders_are_noted_before_and_after_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "orders.csv").write_text("order,arrival_s,sku,quantity\n", encoding="utf-8")
     (tmp_path / "pods.csv").write_text("pod,sku,quantity\n1,mug,5\n", encoding="utf-8")
@@ -383,6 +395,8 @@ def test_hours_departures_and_costs_that_may_be_slips_are_noted(overrides: list[
     ("paper-250", ["rules.poa.max_wait_s=600"], "max_wait_s", False),
     ("paper-250", ["stations.order_capacity=6"], "max_wait_s", False),
     ("paper-250-split-over-time", [], "max_wait_s", False),
+    ("examples/replenished", [], "order_up_to", False),
+    ("examples/replenished", [], "reorder point", False),
     ("examples/small", [MORNING, 'robots.available=[["09:59", "16:00"]]'], "on duty", False),
     ("examples/small", [*AT_NIGHT, "instance.arrivals={process='start'}"], "no station is open", False),
     ("examples/small", [*AT_NIGHT, 'stations.open=[["08:01","06:00"]]'], "no station is open", False),

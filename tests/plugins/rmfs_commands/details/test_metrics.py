@@ -314,6 +314,8 @@ PACKED = ("packing={packers=1, sorters=1, conveyor_s=5}",)
 SHIFT = ('stations.open=[["00:01", "00:02"]]', 'robots.available=[["00:00", "00:01"], ["00:01", "24:00", 2]]')
 FAILING = ("stations.outages={mtbf_h=0.01, mttr_s=20}", SHIFT[0])
 RUNS = (0, 0, ()), (0, 0, PACKED), (0, 0, SHIFT), (0, 70, ()), (30, 0, PACKED), (0, 40, PACKED), (0, 0, FAILING)
+BUNDLES = ("layout.replenishment_west=", "stations.also_replenish=true", "instance.replenishment.lead_s=300")
+BY_NIGHT = (*BUNDLES, 'stations.open=[["00:00", "00:08"]]', "run.until_s=2000", "instance.orders=60", PRICES)
 
 
 @cases("warmup_s end_s more", *RUNS)
@@ -377,4 +379,12 @@ BATTERY = "robots.battery={capacity_wh=90, loaded_w=900, charging_w=20000}"
 )
 def test_metrics_and_tables_are_what_the_trace_amounts_to(tmp_path: Path, name: str, changes: tuple[str, ...]) -> None:
     rmfs_core.run(name, overrides=["instance.orders=30", *changes], out=tmp_path, record=["trace"])
+    assert validate_trace(tmp_path) == []
+
+
+@cases("more", (), ("stations.outages={mtbf_h=0.01, mttr_s=30}",))
+def test_a_picker_who_stores_a_bundle_after_closing_is_paid(tmp_path: Path, more: tuple[str, ...]) -> None:
+    rmfs_core.run("examples/replenished", overrides=[*BY_NIGHT, *more], out=tmp_path, record=["trace"])
+    bundles = (tmp_path / "bundles.csv").read_text(encoding="utf-8").splitlines()[1:]
+    assert any(float(row.split(",")[5] or 0) > 900 for row in bundles)
     assert validate_trace(tmp_path) == []

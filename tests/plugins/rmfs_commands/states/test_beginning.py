@@ -65,6 +65,9 @@ WORLDS = {
         "chargers fail": "layout.chargers=2 rules.idle=charge-when-low robots.battery.capacity_wh=40 "
         "robots.battery.charger_outages={mtbf_h=0.05,mttr_s=60} robots.failures={mtbf_h=0.5,mttr_s=60} "
         + COME.format(400),
+        "off duty at chargers": "layout.chargers=2 rules.idle=charge-when-low robots.battery.capacity_wh=33 "
+        'robots.failures={mtbf_h=0.05,mttr_s=20} robots.available=[["00:00","00:03"],["00:03","23:00",2]] '
+        + COME.format(150),
         "maintained": "robots.failures={mtbf_h=0.03,mttr_s=10} "
         'robots.maintenance={"1"=[["00:05","00:07"]],"2"=[["00:06","00:07"]],"3"=[["00:05","00:06"]]} '
         + COME.format(150),
@@ -117,6 +120,7 @@ def test_a_state_of_a_run_that_begins_with_an_item_in_hand(tmp_path: Path) -> No
 @example("orders come", "sipp", 200_000, 1)
 @example("trucks", "sipp", 150_000, 1)
 @example("maintained", "sipp", 200_000, 2)
+@example("off duty at chargers", "sipp", 500_000, 4)
 @example("restocked", "free-flow", 450_000, 8)
 @given(
     st.sampled_from(sorted(WORLDS)), st.sampled_from(["free-flow", "sipp"]), st.integers(1, 900_000), st.integers(1, 9)
