@@ -347,6 +347,7 @@ def test_reorder_levels_that_are_raised_or_never_reached_are_noted(tmp_path: Pat
     (tmp_path / "skus.csv").write_text("sku,size,reorder_point\nmug,2,\ntea,1,2\n")
     given = [f"instance.{what}_file={tmp_path}/{what}.csv" for what in ("orders", "pods", "skus")]
     given += ["instance.replenishment={process='reorder-point', reorder_point=4, order_up_to=13}"]
+    given += ["rules.wait_for_stock=false"]
     assert check_scenario("examples/replenished", given, None, allow_inline=False).notes[1:3] == [
         "Note: the reorder point is raised of SKU mug from 4 to 7, as an order line wants 8 items of it.",
         "Note: `order_up_to` is more than all pods together have space for: SKU mug (13, and space for 12).",
