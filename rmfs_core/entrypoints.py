@@ -13,6 +13,7 @@ from functools import lru_cache
 from importlib.metadata import Distribution, EntryPoint, entry_points
 from inspect import signature
 from pathlib import Path
+from threading import RLock
 from typing import Any, TypeVar
 
 from rmfs_core.errors import InputError
@@ -22,6 +23,7 @@ T = TypeVar("T")
 Entries = tuple[EntryPoint, ...]  # of one name in a group; more than one where distributions clash
 _all = lru_cache(maxsize=1)(lambda _stamps: entry_points())  # of all groups: to read those of one takes as long
 
+IMPORTING = RLock()  # a package and a module of it, imported by two threads at once, may see each other half made
 RULES = "rmfs.rules"
 COMMANDS = "rmfs.commands"
 RECORDERS = "rmfs.recorders"
@@ -139,11 +141,11 @@ def load(entries: Entries, place: str, kind: str) -> object:
         ways = listed((f"`{origin(entry)[0]}:{entry.name}`" for entry in entries), "or")
         raise InputError(place, f'{kind} "{entry.name}" is offered by {clash}; expected one of them: {ways}')
     try:
-        target: object = entry.load()
+        with IMPORTING:
+            return entry.load()
     except (Exception, SystemExit) as error:
         name = describe(kind, entry.name, *origin(entry))
         raise InputError(place, f"{name} cannot be imported from {entry.value}: {one_line(error)}") from error
-    return target
 
 
 def hints_of(annotations: Mapping[str, Any], module: str) -> dict[str, Any]:

@@ -67,7 +67,7 @@ def source_of(rule: object) -> RuleSource:
     for name, (entry, *others) in entrypoints.offers(entrypoints.RULES).items():
         if not others and entry.attr == cls.__qualname__ and entry.module.partition(".")[0] == package:
             with suppress(Exception, SystemExit):
-                if entry.load() is cls:
+                if entrypoints.load((entry,), "", "rule") is cls:
                     return RuleSource(name, cls, *entrypoints.origin(entry))
     return RuleSource(cls.__name__, cls, cls.__module__, OBJECT)
 
@@ -109,8 +109,7 @@ class RuleSources:
             raise InputError(place, error.problem) from None
         if not self.allow_inline:
             raise InputError(place, f'rule "{name}" would load code from a file, which --no-inline-rules refuses')
-        relative = os.path.normpath(relative)
-        if relative.startswith(".."):
+        if (relative := os.path.normpath(relative)).startswith(".."):
             raise InputError(place, f'rule "{name}" is outside {Path(self.folder).absolute()}; move its file there')
         path = str(Path(self.folder) / relative)
         if path not in self._modules:
@@ -136,7 +135,8 @@ def _load_file(path: str, name: str, place: str) -> types.ModuleType:
         number += 1
         module.__name__ = f"{base}_{number}"
     try:
-        exec(compile(source, path, "exec"), module.__dict__)
+        with entrypoints.IMPORTING:
+            exec(compile(source, path, "exec"), module.__dict__)
     except BaseException as error:
         _forget({path: module})
         if not isinstance(error, Exception | SystemExit):

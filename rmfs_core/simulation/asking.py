@@ -9,6 +9,7 @@ from collections import defaultdict
 from collections.abc import Callable, Container, Mapping, Sequence
 from typing import Any, TypeVar
 
+import numpy as np
 import pluggy
 
 from rmfs_core.clock import to_seconds
@@ -210,7 +211,8 @@ def fault(warehouse: Warehouse, name: str, hook: str, problem: str) -> RuleError
 def sequence_of(answer: object, kind: type[T]) -> Sequence[T]:
     """Check that an answer is a sequence of ``kind``."""
     if not isinstance(answer, (list, tuple)) and (isinstance(answer, (str, bytes)) or not isinstance(answer, Sequence)):
-        raise ImpossibleError(f"returned {_a(answer)}; expected a sequence of {_named(kind)}")
+        named = "ids" if kind is object else kind.__name__
+        raise ImpossibleError(f"returned {_a(answer)}; expected a sequence of {named}")
     try:
         entries = answer if type(answer) in (list, tuple) else list(answer)  # another kind may do anything, each time
     except Exception as error:
@@ -233,7 +235,7 @@ def _numbers(answer: object, known: Container[str]) -> dict[str, float | None]:
     if not isinstance(answer, Mapping):
         raise ImpossibleError(f"returned {_a(answer)}; expected numbers by name")
     try:
-        numbers = dict(answer.items())
+        numbers = {name: value.item() if isinstance(value, np.generic) else value for name, value in answer.items()}
     except Exception as error:
         raise ImpossibleError(f"returned {_a(answer)}, which raised {raised(error)}") from error
     for name, number in numbers.items():
@@ -246,10 +248,6 @@ def _numbers(answer: object, known: Container[str]) -> dict[str, float | None]:
             told = f"measured {name} = {shown_short(number)}"
             raise ImpossibleError(f"{told}; expected an int or float below 2^63, or None")
     return numbers
-
-
-def _named(kind: type) -> str:
-    return "ids" if kind is object else kind.__name__
 
 
 def _a(answer: object) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Collection, Container, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -71,7 +71,7 @@ def assignment(
 
 
 def _skus(order: Order, given: object, open_skus: Container[int]) -> list[int]:
-    if not isinstance(given, Iterable) or isinstance(given, str):
+    if not isinstance(given, Collection) or isinstance(given, str) or getattr(given, "shape", None) == ():
         raise ImpossibleError(f"assigned SKUs {given!r} of order {order.label}; expected a sequence of ids")
     skus = [whole("SKU id", sku) for sku in given]
     if not skus or len(set(skus)) != len(skus):

@@ -1,11 +1,14 @@
 import os
 import sys
+import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from cases import cases
 from rmfs_core.entrypoints import COMMANDS, RULES, load, offers, origin
 from rmfs_core.errors import InputError
+from rmfs_core.rules.sources import RuleSources
 from saying import said
 
 Install = Callable[..., None]
@@ -63,3 +66,21 @@ def test_what_is_installed_meanwhile_is_found(install: Install, tmp_path: Path) 
     os.utime(tmp_path / "acme", ns=(later, later))
     assert list(offers(GROUP)) == ["other", "thing"]
     assert origin(offers(GROUP)["other"][0]) == ("acme_two", "2.0")
+
+
+def test_threads_may_import_a_package_and_its_module_at_once(install: Install, tmp_path: Path) -> None:
+    install("acme", {"whole": "acme_parts:Part", "part": "acme_parts.part:Part"})
+    package = tmp_path / "acme" / "acme_parts"
+    package.mkdir()
+    (package / "__init__.py").write_text("import time\ntime.sleep(0.2)\nfrom acme_parts.part import Part\n")
+    (package / "part.py").write_text("from acme_parts import screw\nclass Part: pass\n")
+    (package / "screw.py").write_text("")
+    (tmp_path / "rule.py").write_text("from acme_parts.part import Part\n")
+    offers(RULES)  # read before, so that the threads import
+
+    def found(name: str) -> object:
+        time.sleep(0.05 * (name != "whole"))  # while the package is being made
+        return RuleSources(str(tmp_path)).find(name, "rules.poa").target
+
+    with ThreadPoolExecutor(3) as threads:
+        assert len({*threads.map(found, ("whole", "part", "./rule.py:Part"))}) == 1

@@ -299,8 +299,8 @@ class Experiment:
                     of_seed = scenario.with_seed(seed), code.versions, key(seed)
                     of_rules = code.measures, code.observed, code.sources
                     found.append(Job(instance, rule_set.name, seed, values, *of_seed, *of_rules))
-        if not any(code.observed for code in loaded.values()):
-            self.check_metrics({*CATALOGUE, *of_all})
+        unseen = self.metrics if any(code.observed for code in loaded.values()) else ()
+        self.check_metrics({*CATALOGUE, *of_all, *unseen})
         return found
 
     def check_metrics(self, known: Collection[str]) -> None:
@@ -308,7 +308,8 @@ class Experiment:
         known = {*known} - {*LABELS}
         for metric in self.metrics:
             if metric not in known:
-                problem = f'there is no metric "{metric}"{_near(metric, known)}'
+                own = "; runs.parquet has a column of that name, so an observer cannot measure it"
+                problem = f'there is no metric "{metric}"{own if metric in LABELS else _near(metric, known)}'
                 raise InputError(self.metrics_place or f"{self.place}, metrics", problem)
 
     def rule_files(self) -> list[str]:

@@ -162,6 +162,14 @@ def malformed(instance: Instance) -> Iterator[str]:
             yield f"{what} {shown_short(strange[0])}; expected a name, a str"
         elif len(set(names)) < len(names):
             yield f"two or more {what}s {Counter(names).most_common(1)[0][0]}; expected each name once"
+    yield from _malformed_orders(instance)
+    for pod in instance.pods:
+        if not _fit(pod.contents, instance, None):
+            expected = "(SKU id, items or None) of each SKU, each once"
+            yield f"`contents` {shown_short(pod.contents)} of pod {pod.name}; expected {expected}"
+
+
+def _malformed_orders(instance: Instance) -> Iterator[str]:
     latest = 0
     for order in instance.orders:
         if not _is_whole(order.arrival_tick, latest):
@@ -172,23 +180,23 @@ def malformed(instance: Instance) -> Iterator[str]:
         if order.cancelled_tick is not None and not _is_whole(order.cancelled_tick, latest):
             expected = f"None or an int of at least {latest}, when it arrives"
             yield f"`cancelled_tick` {shown_short(order.cancelled_tick)} of order {order.name}; expected {expected}"
+        if not isinstance(order.due_tick, int | None):
+            yield f"`due_tick` {shown_short(order.due_tick)} of order {order.name}; expected None or an int"
+        if not isinstance(order.priority, int):
+            yield f"`priority` {shown_short(order.priority)} of order {order.name}; expected an int"
         if not order.lines or not _fit(order.lines, instance, 1):
             expected = "(SKU id, quantity) of at least one SKU, each once, and quantities of at least 1"
             yield f"`lines` {shown_short(order.lines)} of order {order.name}; expected {expected}"
-    for pod in instance.pods:
-        if not _fit([entry for entry in pod.contents if entry[1:] != (None,)], instance, 0):
-            expected = "(SKU id, items or None) of each SKU, each once"
-            yield f"`contents` {shown_short(pod.contents)} of pod {pod.name}; expected {expected}"
 
 
 def _is_whole(value: object, least: int) -> bool:
     return isinstance(value, int) and value >= least
 
 
-def _fit(entries: Any, instance: Instance, least: int) -> bool:
-    """Whether entries are a SKU id and a number each, no SKU twice."""
+def _fit(entries: Any, instance: Instance, least: int | None) -> bool:
+    """Whether entries are a SKU id and a number each, no SKU twice; ``least`` None: also no number, for no end."""
     try:
-        ids = [sku for sku, number in entries if _is_whole(number, least)]
+        ids = [sku for sku, number in entries if (least is None and number is None) or _is_whole(number, least or 0)]
         return len(set(ids)) == len(entries) and all(_is_whole(sku, 0) and sku < len(instance.skus) for sku in ids)
     except (TypeError, ValueError):
         return False

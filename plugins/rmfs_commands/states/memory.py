@@ -6,13 +6,16 @@ A rule that remembers has two methods: ``memory()`` returns it as JSON's objects
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
+from numbers import Integral
 from typing import Any
 
 import attrs
 
 from rmfs_commands.states.names import Names
 from rmfs_core.errors import InputError
+from rmfs_core.wording import raised, shown_short
 
 FORGETFUL = ("rmfs_rules.switch",)
 """Modules of shipped rules that remember, and tell nobody; what others keep is computed anew."""
@@ -32,8 +35,8 @@ def memories(rules: Any) -> dict[str, Any]:
     found = {}
     for label, rule in labelled(rules):
         kind = type(rule.instance)
-        if hasattr(rule.instance, "memory"):
-            found[label] = rule.instance.memory()
+        if callable(getattr(rule.instance, "memory", None)):  # else it is a parameter of that name
+            found[label] = _remembered(rule)
         elif kind.__module__ in FORGETFUL or not kind.__module__.startswith("rmfs_rules."):
             kept = [field.name for field in attrs.fields(kind) if not field.init]
             if kept:
@@ -41,6 +44,27 @@ def memories(rules: Any) -> dict[str, Any]:
                 found_ = f"{rule.describe()} keeps data that no state holds ({kept[0]})"
                 raise InputError(f"rules.{rule.role.key}", f"{found_}; {expected}")
     return found
+
+
+def _remembered(rule: Any) -> Any:
+    """Return what a rule remembers; InputError where that is nothing that a state gives back as it was."""
+    place = f"rules.{rule.role.key}"
+    try:
+        memory = rule.instance.memory()
+    except Exception as error:
+        raise InputError(place, f"{rule.describe()}, memory: raised {raised(error, rule.instance)}") from error
+    if not _is_json(memory):
+        expected = "expected texts, finite numbers, truth values, None, and lists of such or dicts with texts as keys"
+        raise InputError(place, f"{rule.describe()}, memory: returned {shown_short(memory)}; {expected}")
+    return memory
+
+
+def _is_json(value: object) -> bool:
+    if isinstance(value, dict):
+        return all(isinstance(key, str) and _is_json(entry) for key, entry in value.items())
+    if isinstance(value, list | tuple):
+        return all(map(_is_json, value))
+    return isinstance(value, str | Integral | None) or (isinstance(value, float) and math.isfinite(value))
 
 
 def remind(rules: Any, memory: Mapping[str, Any], warehouse: Any, names: Names) -> None:

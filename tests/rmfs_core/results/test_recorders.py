@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import NoReturn
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 from attrs import define, evolve, field
 
@@ -422,6 +423,7 @@ LETTERS = "expected letters, digits and underscores."
     ({"picks": 3}, "named a metric 'picks', which exists already."),
     ({"walks": "3"}, f"measured walks = '3'; {NUMBER}"),
     ({"walks": True}, f"measured walks = True; {NUMBER}"),
+    ({"walks": np.bool_(True)}, f"measured walks = True; {NUMBER}"),
     ({"walks": float("inf")}, f"measured walks = inf; {NUMBER}"),
     ({"walks": float("nan")}, f"measured walks = nan; {NUMBER}"),
     ({"walks": 2**63}, f"measured walks = {2**63}; {NUMBER}"),
@@ -433,6 +435,13 @@ def test_a_wrong_measurement_is_one_sentence_and_the_others_stay(answer: object,
     saved = load_result(tmp_path)
     assert (saved.error, saved.metrics["by_nothing"], "walks" in saved.metrics) == (told, 1, False)
     assert re.sub(r"at \d+\.\d+ s", "at ... s", told).startswith(f"observer Observing, measured, at ... s: {problem}")
+
+
+def test_numbers_of_numpy_are_measurements(tmp_path: Path) -> None:
+    walks = {"long": np.int64(3), "short": np.float32(0.5)}
+    rmfs_core.run("examples/small", overrides=FEW, out=tmp_path, observers=[Observing("measured", lambda: walks)])
+    saved = load_result(tmp_path).metrics
+    assert (saved["long"], saved["short"]) == (3, 0.5)
 
 
 @cases("error shown", (Speechless(), "Speechless"), (LookupError("one\ntwo"), "LookupError: one two"))

@@ -265,6 +265,8 @@ WRONG = [
     ("poa", "return [OrderAssignment(True, 0)]", f"named order True; {NAMED}"),
     ("poa", "import numpy as np; return [OrderAssignment(np.True_, 0)]", f"named order {np.True_!r}; {NAMED}"),
     ("poa", "return [OrderAssignment(0, 0, skus=5)]", "SKUs 5 of order one (id 0); expected a sequence of ids"),
+    ("poa", "return [OrderAssignment(0, 0, skus=iter([0]))]", "of order one (id 0); expected a sequence of ids"),
+    ("poa", "import numpy as np; return [OrderAssignment(0, 0, np.array(0))]", "(id 0); expected a sequence of ids"),
     ("poa", "return [OrderAssignment(0, 0, skus=(0.0,))]", f"named SKU id 0.0; {NAMED}"),
     ("pps", "return {PodTrip(0, 0)}", "returned set {PodTrip(pod=0, station=0)}; expected a sequence of PodTrip"),
     ("pps", "return b''", "returned bytes b''; expected a sequence of PodTrip"),

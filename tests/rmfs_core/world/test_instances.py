@@ -260,6 +260,10 @@ same_sku = _made((OrderData("1", arrival_tick=0, lines=((0, 1), (0, 2))),))
 same_name = _made((OrderData("1", arrival_tick=0, lines=((0, 1),)),) * 2)
 no_name = _made((OrderData(1, arrival_tick=0, lines=((0, 1),)),))
 bad_pod = _made(pods=(PodData("p", ((0, 1.5),)),))
+twice_on_pod = _made(pods=(PodData("p", ((0, None), (0, None))),))
+not_on_list = _made(pods=(PodData("p", ((5, None),)),))
+half_due = _made((OrderData("1", arrival_tick=0, lines=((0, 1),), due_tick=1.5),))
+half_urgent = _made((OrderData("1", arrival_tick=0, lines=((0, 1),), priority=1.5),))
 
 def beside(section, seed, *, file: "Path"):
     return paced(section, seed, pace_s=int(file.read_text()))
@@ -272,9 +276,11 @@ def typed(section, seed, *, cost: "PathCost", wrong: "no type", files: "list[Pat
 """
 NAMES = "beside typed singles paced at_times copied fails fails_deep nothing ends no_tuple early half"
 NAMES += " unsorted no_sku no_items no_lines same_sku same_name no_name bad_pod"
+NAMES += " twice_on_pod not_on_list half_due half_urgent"
 GENERATORS = {name: f"acme_days:{name}" for name in NAMES.split()}
 WITH = "returned a wrong Instance:"
 LINES = "expected (SKU id, quantity) of at least one SKU, each once, and quantities of at least 1"
+CONTENTS = "expected (SKU id, items or None) of each SKU, each once"
 TAKES = "besides section and seed it takes `pace_s` and `lines`"
 UNREAD = (
     'generator "{}" has made this instance without reading it; expected it left out, or a generator that reads '
@@ -351,7 +357,11 @@ def test_what_a_generator_does_not_take_is_refused(install, keys, place, problem
     ("same_sku", f"{WITH} `lines` ((0, 1), (0, 2)) of order 1; {LINES}"),
     ("same_name", f"{WITH} two or more orders 1; expected each name once"),
     ("no_name", f"{WITH} order 1; expected a name, a str"),
-    ("bad_pod", f"{WITH} `contents` ((0, 1.5),) of pod p; expected (SKU id, items or None) of each SKU, each once"),
+    ("bad_pod", f"{WITH} `contents` ((0, 1.5),) of pod p; {CONTENTS}"),
+    ("twice_on_pod", f"{WITH} `contents` ((0, None), (0, None)) of pod p; {CONTENTS}"),
+    ("not_on_list", f"{WITH} `contents` ((5, None),) of pod p; {CONTENTS}"),
+    ("half_due", f"{WITH} `due_tick` 1.5 of order 1; expected None or an int"),
+    ("half_urgent", f"{WITH} `priority` 1.5 of order 1; expected an int"),
 )
 def test_a_generator_that_cannot_be_had_is_one_sentence(install: Callable[..., None], name: str, problem: str) -> None:
     install("acme", GENERATORS, group="rmfs.instances", acme_days=SINGLES)

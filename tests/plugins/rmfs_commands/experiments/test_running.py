@@ -271,17 +271,17 @@ def test_what_an_observer_measures_is_compared(experiment: Write, folder: Path, 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("metric", ["legs_drivn", "seed"])
-def test_a_metric_that_nobody_measured_is_named(metric: str, experiment: Write, folder: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("metric", "runs"), [("legs_drivn", 2), ("seed", 0)])  # no observer can measure the latter
+def test_a_metric_that_nobody_measured_is_named(metric, runs, experiment: Write, folder: Path, tmp_path: Path) -> None:
     (folder / "legs.py").write_text(MEASURING, encoding="utf-8")
     one, there_is_none = experiment(MEASURED.replace("half", metric)), f'line 5, metrics: there is no metric "{metric}"'
     for _ in range(2):  # the second time from the store
         with pytest.raises(InputError, match=there_is_none) as caught:
             run_experiment(one, store=tmp_path / "runs", jobs=1)
         assert f"`{metric}`" not in caught.value.problem  # it is no hint to itself
-        assert 2 <= len(list((tmp_path / "runs").glob("*/*"))) < 6
+        assert runs <= len(list((tmp_path / "runs").glob("*/*"))) < (6 if runs else 1)
     fixed = run_experiment(evolve(one, metrics=("legs_driven",)), store=tmp_path / "runs", jobs=1)
-    assert 0 < fixed.computed <= 4
+    assert 0 < fixed.computed <= 6 - runs
     assert fixed.comparison().metrics == ("legs_driven",)
 
 

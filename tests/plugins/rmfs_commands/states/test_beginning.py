@@ -4,6 +4,7 @@ import copy
 import csv
 import gzip
 import json
+import math
 import operator
 from collections.abc import Iterator, Sequence
 from functools import reduce
@@ -12,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from attrs import define
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -28,6 +30,8 @@ from rmfs_core.errors import InputError, RunError
 from rmfs_core.events import PodStored
 from rmfs_core.scenario import RuleChoice, load_scenario
 from rmfs_core.world import make_instance
+from rmfs_rules.nearest_robot import NearestRobot
+from saying import said
 from told import ToldRun
 
 PACKED = "rules.poa= rules.pps= rules.poa_pps=pod-index packing.stations=2 packing.packers=1"
@@ -514,6 +518,31 @@ def test_a_state_that_would_not_be_whole_is_not_written(tmp_path, overrides, sen
     with pytest.raises(InputError, match=sentence):
         simulate(*overrides, save_state=tmp_path / "state.json")
     assert not (tmp_path / "state.json").exists()
+
+
+@define
+class Remembering(NearestRobot):
+    """Remembers whatever it is given, by a method or a parameter of that name."""
+
+    memory: Any = None
+
+
+@cases(
+    "memory sentence",
+    (lambda: {3: 1}, "memory: returned {3: 1}; expected texts, finite numbers"),
+    (lambda: {"prices": np.zeros(2)}, "memory: returned {'prices': array"),
+    (lambda: [math.inf], "memory: returned [inf]; expected"),
+    (lambda: 1 / 0, "memory: raised ZeroDivisionError: division by zero ("),
+    (lambda: {"at": [np.int64(3), 0.5, None]}, None),
+    (20, None),
+)
+def test_what_a_state_would_not_give_back_is_not_written(tmp_path: Path, memory: Any, sentence: str | None) -> None:
+    file, rules = tmp_path / "state.json", {"ta": Remembering(memory)}
+    if sentence is None:
+        simulate("run.until_s=60", rules=rules, save_state=file)
+    else:
+        assert sentence in said(InputError, simulate, "run.until_s=60", rules=rules, save_state=file)
+    assert file.exists() == (sentence is None)
 
 
 def test_commands_begin_in_a_state(tmp_path, monkeypatch, capsys) -> None:
