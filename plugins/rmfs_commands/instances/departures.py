@@ -60,8 +60,10 @@ def departing(instance: Instance, scenario: Scenario) -> Instance:
     wait = to_ticks(given.cutoff_s)
     due = [first_for(order, trucks, wait) for order in instance.orders]
     routed = isinstance(given.times, Mapping)
-    if routed and instance.orders and all(order.route is None for order in instance.orders):
-        raise InputError(TIMES, "found routes, but no order has one; expected `column`, a column of the orders' file")
+    drawn = section.scale is not None  # a day may have nothing but orders without a route
+    if routed and instance.orders and all(order.route is None for order in instance.orders) and not drawn:
+        expected = "`column`, a column of the orders' file" if given.column is None else f"some in `{given.column}`"
+        raise InputError(TIMES, f"found routes, but no order has one; expected {expected}")
     left = [
         order
         for order, tick in zip(instance.orders, due, strict=True)

@@ -18,7 +18,7 @@ from rmfs_commands.results.files import output_folder, to_csv, write_text
 from rmfs_commands.slotting.past import Day, Past
 from rmfs_commands.slotting.placing import NOW, Contents
 from rmfs_core.clock import to_seconds
-from rmfs_core.scenario.model import Scenario
+from rmfs_core.scenario.model import Departures, Scenario
 from rmfs_core.world import Layout
 
 OWN = "own"
@@ -69,13 +69,15 @@ def pods_csv(past: Past, contents: Contents, cells: Sequence[int], layout: Layou
     return to_csv(["pod", "sku", "quantity", *(("row", "column") if cells else ())], rows)
 
 
-def orders_csv(past: Past, day: Day, route: str | None) -> str:
-    """Return the orders of a day as a file that a scenario reads; ``route`` is the column of routes, if any."""
+def orders_csv(past: Past, day: Day, departures: Departures | None) -> str:
+    """Return the orders of a day as a file that a scenario reads; with departures, which say when they are due."""
+    route = None if departures is None else departures.column
     more = (*DUE_COLUMNS, *CANCELLED_COLUMNS, *([route] if route else []))
     rows = []
     for order in day.orders:
         times = (order.arrival_tick, order.due_tick, order.cancelled_tick)
         arrival, due, cancelled = (None if tick is None else f"{to_seconds(tick):.3f}" for tick in times)
+        due = due if departures is None else None
         told: dict[str, Any] = {"due_s": due, "priority": order.priority, "cancelled_s": cancelled}
         told |= {"order": order.name, "arrival_s": arrival} | ({route: order.route} if route else {})
         rows += [told | {"sku": past.instance.skus[sku], "quantity": items} for sku, items in order.lines]
@@ -113,13 +115,16 @@ def judge(
     folder
         Where the days, the pods and the finished runs go.
     """
-    route = None if scenario.instance.departures is None else scenario.instance.departures.column
+    departures = scenario.instance.departures
+    routed = departures is not None and departures.column is not None
     folder = folder.absolute()
     bases, choices = [], []
     for day in past.later:
         file = output_folder(folder / "days") / f"{day.name.replace(' ', '-')}.csv"
-        write_text(file, orders_csv(past, day, route))
+        write_text(file, orders_csv(past, day, departures))
         section = evolve(scenario.instance, orders_file=str(file), start=day.start)
+        if routed and all(order.route is None for order in day.orders):  # on that day nothing goes with a truck
+            section = evolve(section, departures=None)
         bases.append(Base(day.name, evolve(scenario, instance=section)))
     for placement, text in pods.items():
         file = output_folder(folder / "placements") / f"{placement}.csv"

@@ -33,8 +33,8 @@ FILES = '[instance]\norders_file = "orders.csv"\npods_file = "pods.csv"\nstart =
 RULES = '[rules]\npoa = { rule = "pod-match", tie_break = "due" }\npps = "demand"\npp = "free-flow"\n'
 
 
-def write(folder: Path, departures: str = ROUTES) -> Path:
-    (folder / "orders.csv").write_text(ORDERS, encoding="utf-8")
+def write(folder: Path, departures: str = ROUTES, orders: str = ORDERS) -> Path:
+    (folder / "orders.csv").write_text(orders, encoding="utf-8")
     (folder / "pods.csv").write_text("pod,sku,quantity\n1,X,\n2,Y,\n", encoding="utf-8")
     (folder / "day.toml").write_text(FILES + departures + RULES, encoding="utf-8")
     return folder / "day.toml"
@@ -98,6 +98,14 @@ def test_wrong_departures_are_refused_in_a_sentence(tmp_path: Path, departures: 
         make_instance(load_scenario(write(tmp_path, departures)))
     assert problem in error.value.problem
     assert str(tmp_path) in error.value.place
+
+
+def test_a_day_that_is_drawn_may_have_no_order_with_a_route(tmp_path: Path) -> None:
+    scenario = load_scenario(write(tmp_path, orders=ORDERS.replace("north", "").replace("south", "")))
+    with pytest.raises(InputError, match="no order has one; expected some in `carrier`"):
+        make_instance(scenario)
+    orders = make_instance(load_scenario(write(tmp_path), ["instance.scale.by=0.5", "seed=2"])).orders
+    assert [(order.name, order.due_tick) for order in orders] == [("E", None)]
 
 
 @cases(

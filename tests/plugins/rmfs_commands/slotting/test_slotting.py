@@ -299,3 +299,20 @@ def test_one_pod_stays_as_it_is(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert "Changes that save visits in the history: 0, not 1." in shown
     assert "Chosen by all of the history, too short to hold back a part; now needs 1.000 visits per order" in shown
     assert "Held back" not in shown
+
+
+@pytest.mark.slow
+@cases(
+    "departures dues",
+    ('{ times = { north = ["12:00"] }, column = "to" }', ["", "", "43200.0"]),
+    ('{ times = ["12:00"] }', ["43200.0"] * 3),
+)
+def test_orders_of_later_days_are_due_when_trucks_leave(tmp_path: Path, departures: str, dues: list[str]) -> None:
+    """On one of the days no order has a route."""
+    orders = "order,arrival_s,sku,quantity,to\np,600,a,1,north\nq,90000,a,1,\nr,180000,a,1,\ns,180000,a,1,north\n"
+    file = made(tmp_path, orders, instance=f"departures = {departures}")
+    options = ("--history-until", "700", "--rules", "own", "--placement", "random", "--steps", "0", "-j", "1")
+    assert exit_code("slot", str(file), *options, "--out", str(tmp_path / "out")) == 0
+    texts = [path.read_text(encoding="utf-8") for path in tmp_path.glob("out/runs/**/orders.csv")]
+    found = {row["order"]: row.get("due_s", "") for text in texts for row in csv.DictReader(text.splitlines())}
+    assert [found[order] for order in "qrs"] == dues
