@@ -21,7 +21,7 @@ from rmfs_commands.processes.packing import task_ticks
 from rmfs_commands.validation.case import Case, Handlers, seconds
 from rmfs_commands.validation.tables import packing_hours
 from rmfs_core.clock import to_ticks
-from rmfs_core.events import ItemPicked, OrderAssigned, OrderCancelled, OrderCompleted
+from rmfs_core.events import BundleStored, ItemPicked, OrderAssigned, OrderCancelled, OrderCompleted
 from rmfs_core.simulation.going import Going
 from rmfs_core.warehouse import Warehouse
 from rmfs_core.wording import counted
@@ -65,7 +65,7 @@ class PackingCheck:
         self.case, self.section = case, case.trace.scenario.get("packing") or {}
         self.orders: dict[int, _Packed] = {}
         self.at: dict[tuple[int, int], _Station] = defaultdict(_Station)
-        self.in_visit: dict[int, int] = {}  # when the last item of a visit was handled
+        self.in_visit: dict[int, int] = {}  # when the last item of a visit was handled, or its last bundle stored
         self.boxes: dict[tuple[int, int], int] = {}
         self.counted: set[int] = set()
         self.cancelled: set[int] = set()
@@ -82,6 +82,7 @@ class PackingCheck:
             self.handlers = {
                 OrderAssigned: self.assigned,
                 ItemPicked: self.picked,
+                BundleStored: lambda event: self.in_visit.update({event.visit: event.tick}),
                 OrderCompleted: self.completed,
                 OrderCancelled: lambda event: self.cancelled.add(event.order),
                 PackingAssigned: self.bound,

@@ -455,9 +455,13 @@ def test_a_place_that_is_still_kept_is_not_taken(tmp_path: Path) -> None:
 
 
 FEW = ("instance.orders=24", "packing={stations=2, boxes=2, packers=1, conveyor_s=20.0}", "rules.pp=free-flow")
+STORING = "instance.replenishment={process='poisson', bundles_per_hour=400, bundle_items=1}"
+PODS = ("instance.items_per_sku=20", "instance.pod_capacity=99")
+STORED = ("stations.also_replenish=true", "rules.roa=first-bundle", "rules.rps=emptiest-pod", STORING, *PODS)
 KINDS_OF_RUN = {
     "parts": (),
     "visits, counted until picked": ("packing.tote=visit", "packing.packing_from=picked"),
+    "visits that store, too": ("packing.tote=visit", *STORED),
     "sorters, places free with the pick": ("packing.sorters=1", "stations.release=picked"),
     "hours, split over time": ('packing.open=[["00:05", "24:00"]]', "rules.poa_pps=split-over-time", "run.warmup_s=99"),
     "cut off": ("run.until_s=400", 'packing.open={1=[["00:02", "00:05"]]}', 'instance.start="2024-03-01T00:01:00"'),
