@@ -100,7 +100,8 @@ class MotionCheck:
         lane = self.case.lane[event.origin]
         in_line = lane >= 0 and event.robot in self.state.stations[lane].line
         waited = event.pod is not None and event.start_tick + event.wait_ticks > robot.free_tick
-        if lane >= 0 and not in_line and waited:  # without a pod it began there
+        served = lane >= 0 and event.origin == self.case.layout.stations[lane].station  # its visit there is over
+        if lane >= 0 and not in_line and waited and not served:  # without a pod it began there
             robot.rested_in = lane
 
 

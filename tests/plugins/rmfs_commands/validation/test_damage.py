@@ -28,6 +28,7 @@ from rmfs_core.events import (
     RobotMoved,
     StationClosed,
     StationOpened,
+    VisitEnded,
     VisitStarted,
 )
 from rmfs_core.motion import Motion
@@ -96,6 +97,21 @@ def test_who_waits_in_a_queue_is_in_its_line(new_script: Any) -> None:
         "joined-late: robot 1 with pod P0 starts a visit at station 1, in whose queue it waited; "
         "it joined the line just now"
     ]
+
+
+def test_who_has_waited_to_leave_may_come_again_at_once(new_script: Any) -> None:
+    script = new_script("........\n...@....\n..##.##.\n.....qqO\n........", robots=[(2, 3)], pods=[(2, 3)])
+    for visit in (1, 2):
+        script.fetch(0, 0)
+        script.drive(0, 3, 3)
+        script.drive(0, 3, 7)
+        script.events += [QueueJoined(script.now[0], 0, 0, 0), VisitStarted(script.now[0], visit, 0, 0, 0)]
+        script.events.append(VisitEnded(script.now[0], visit, 0, 0, 0, None))
+        script.drive(0, 4, 7, wait_s=3)
+        script.drive(0, 4, 3)
+        script.drive(0, 2, 3)
+        script.store(0)
+    assert told(script.trace()) == []
 
 
 def test_an_order_arrives_when_its_instance_says(day: Trace) -> None:
