@@ -234,7 +234,8 @@ def read_orders(
 ) -> list[tuple[OrderData, dict[str, int]]]:
     """Return each order, still without lines, and its quantities by SKU; by arrival, then by first appearance."""
     dates = {date: partial(calendar.tick, column=date) for date in _DATES.values()}
-    read: dict[str, Callable[[str, str], Any]] = {**dict.fromkeys(_DATES, _tick), "priority": _priority, **dates}
+    seconds = {column: partial(_tick, date=date) for column, date in _DATES.items()}
+    read: dict[str, Callable[[str, str], Any]] = {**seconds, "priority": _priority, **dates}
     orders: dict[str, tuple[int, dict[str, str], dict[str, Any], dict[str, int]]] = {}
     column_of_routes = None if departures is None else departures.column
     if departures is not None and column_of_routes is not None:
@@ -449,10 +450,12 @@ def _returning(rows: Iterator[Row], file: Path, what: str) -> Iterator[Row]:
         warn(f"{file}, line {line}: {found}{others}.")
 
 
-def _tick(text: str, place: str) -> int:
+def _tick(text: str, place: str, date: str = "") -> int:
+    """Return seconds in ticks; a column of the name ``date``, if any, would have dates."""
     if _NUMBER.fullmatch(text) and math.isfinite(seconds := float(text)):
         return to_ticks(seconds)
-    raise InputError(place, f'expected a number of seconds >= 0, found "{text}"')
+    better = f", or dates in a column `{date}`" if date and re.match(r"\d{4}-\d\d-\d\d", text) else ""
+    raise InputError(place, f'expected a number of seconds >= 0{better}, found "{text}"')
 
 
 def _priority(text: str, place: str) -> int:

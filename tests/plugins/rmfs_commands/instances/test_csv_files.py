@@ -37,6 +37,10 @@ BAD_ORDERS = [
     (ORDERS + "1,0,a,10000000000\n", f'{WHOLE}of at most ten digits, found "10000000000"'),
     # times
     *((ORDERS + f"1,{bad},a,1\n", f'2, arrival_s: {SECONDS}"{bad}"') for bad in ("-1", "nan", "08:30")),
+    (
+        ORDERS + "1,2024-03-01,a,1\n",
+        '2, arrival_s: expected a number of seconds >= 0, or dates in a column `arrival`, found "2024-03-01"',
+    ),
     (ORDERS + "1,2.5,a,1\n2,0,a,1\n1,3,b,1\n", "4, arrival_s: expected 2.5 as in the first row of order 1, found 3"),
     # due times and priorities
     (DUE + "1,0,a,1,soon,\n", f'2, due_s: {SECONDS}"soon"'),
