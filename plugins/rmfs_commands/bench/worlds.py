@@ -73,6 +73,8 @@ def world_with(world: str, role: Role, choice: RuleChoice, overrides: Sequence[s
         playing = dict.fromkeys(other.key for other in role.excludes) | playing
         if own.rules.poa_pps and role in (Role.POA, Role.PPS):
             playing = {one.key: RuleChoice(FIXED[one]) for one in (Role.POA, Role.PPS)} | playing
+        if own.rules.roa is None and role in BUNDLES:
+            playing = {one.key: RuleChoice(name) for one, name in BUNDLES.items()} | playing
         return evolve(own, rules=evolve(own.rules, **playing), source=None)
     named = FIXED | BUNDLES if replenished else FIXED
     fixed = [f"rules.{other}={name}" for other, name in named.items()]

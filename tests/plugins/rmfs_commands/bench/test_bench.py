@@ -189,6 +189,9 @@ def test_a_scenario_of_ones_own_is_a_world_with_its_own_rules(tmp_path: Path, mo
     joint = tmp_path / "joint.toml"
     joint.write_text('[rules]\npoa_pps = "pod-index"\n', encoding="utf-8")
     assert names(str(joint), Role.PPS) == PLAIN | {"pps": "new", "ta": "balanced", "pp": "sipp"}
+    assert names(str(world), Role.ROA) == names_of(shipped.rules) | {"roa": "new", "rps": "emptiest-pod"}
+    joint.write_text('[rules]\npoa_pps = "pod-index"\nroa_rps = "pod-first"\n', encoding="utf-8")
+    assert names(str(joint), Role.RPS).items() >= {"roa": "first-bundle", "rps": "new"}.items()
     one = contestant("mine", RuleChoice(mine))
     (run,) = bench([one], [str(world)], [1])
     assert (run.status, run.world) == ("horizon", str(world))
