@@ -131,6 +131,20 @@ def test_a_queue_may_have_a_shortcut_and_a_second_entrance() -> None:
     assert "╗" in draw_map(layout)
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        ".......\n.##.#..\n.......\n.##.qqO\n.##.@@.\n.......",  # the cell south of the station
+        ".......\n.#.v.#.\n....<..\n.#.^.#.\n...qqO.\n.......",  # among one-way cells that lead to it
+        "........\n.##.##..\n.##.@.#.\n......#.\n.##.qqO.\n...└....",  # a dead end, and one beside storage locations
+    ],
+)
+def test_a_drawn_map_is_read_back_with_the_same_ways(text: str) -> None:
+    layout = parse_map(text, "given")
+    drawn = parse_map(draw_map(layout), "drawn")
+    assert (drawn.moves.tolist(), drawn.kind.tolist()) == (layout.moves.tolist(), layout.kind.tolist())
+
+
 def test_cells_before_a_station_may_be_kept_clear() -> None:
     layout = parse_map("#......\n.→→⇒⇒O.\n.......", "clear")
     check_layout(layout, "clear")
