@@ -17,8 +17,11 @@ from rmfs_core.clock import TICKS_PER_S, to_seconds
 from rmfs_core.world import Instance, OrderData
 
 
-def orders_csv(instance: Instance) -> str:
-    """Return the orders as CSV text, a row for each order line; with due times and the like if there are any."""
+def orders_csv(instance: Instance, route: str | None = None) -> str:
+    """Return the orders as CSV text, a row for each order line; with due times and the like if there are any.
+
+    ``route`` is the column for their routes; None: these are left out.
+    """
     dated, cancelled = instance.dated, any(order.cancelled_tick is not None for order in instance.orders)
 
     def more(order: OrderData) -> Iterable[object]:
@@ -27,9 +30,13 @@ def orders_csv(instance: Instance) -> str:
             yield order.priority
         if cancelled:
             yield _maybe(order.cancelled_tick)
+        if route is not None:
+            yield order.route or ""
 
+    some = [*(DUE_COLUMNS if dated else ()), *(CANCELLED_COLUMNS if cancelled else ())]
+    some += [] if route is None else [route]
     return _csv(
-        (*ORDER_COLUMNS, *(DUE_COLUMNS if dated else ()), *(CANCELLED_COLUMNS if cancelled else ())),
+        (*ORDER_COLUMNS, *some),
         (
             (order.name, _seconds(order.arrival_tick), instance.skus[sku], quantity, *more(order))
             for order in instance.orders

@@ -27,16 +27,25 @@ from rmfs_commands.cli.options import NumberRange, OutPath, WholeNumberRange
     metavar="HH:MM-HH:MM=X",
     help="X times as many orders at that time of the day; 0: none. May be repeated; where two hold, both count.",
 )
+@click.option("--route", metavar="COL", help="Column with the route of `instance.departures`. [default: none]")
 @click.option("--start", metavar="TIME", help="Time 0, as the scenario's `instance.start`. [default: midnight]")
 @click.option("--seed", type=WholeNumberRange(min=0), default=1, show_default=True, help="Seed of the draw.")
 @click.option("--force", is_flag=True, help="Replace a file that is there already.")
 def scale(
-    orders: Path, out: Path, by: float, peaks: tuple[str, ...], start: str | None, seed: int, *, force: bool
+    orders: Path,
+    out: Path,
+    by: float,
+    peaks: tuple[str, ...],
+    route: str | None,
+    start: str | None,
+    seed: int,
+    *,
+    force: bool,
 ) -> None:
     """Write a day that a seed draws from ORDERS, a file as `instance.orders_file` names one.
 
-    Whole orders are drawn, with their lines, priorities, and times until they are due or cancelled. They arrive at
-    about their times of the day. The scenario key `instance.scale` draws the same way with a run's seed.
+    Whole orders are drawn, with their lines, priorities, routes, and times until they are due or cancelled. They arrive
+    at about their times of the day. The scenario key `instance.scale` draws the same way with a run's seed.
     """
     from attrs import evolve
 
@@ -48,6 +57,7 @@ def scale(
     from rmfs_commands.instances.days import draw_day, read_peaks
     from rmfs_core.errors import InputError
     from rmfs_core.randomness import stream
+    from rmfs_core.scenario.model import Departures
     from rmfs_core.wording import counted
     from rmfs_core.world import Instance
 
@@ -60,18 +70,24 @@ def scale(
         raise InputError("ORDERS", f"expected a name that can be printed in a line, found {str(orders)!r}")
     if not orders.is_file():
         raise InputError("ORDERS", f"there is no file {orders}")
+    departures = None if route is None else Departures((), column=route)
     ids: dict[str, int] = {}
+    try:
+        read = read_orders(orders, calendar, departures=departures)
+    except InputError as error:
+        raise InputError("--route", error.problem) if error.place == "instance.departures.column" else error from None
     given = [
         evolve(order, lines=tuple((ids.setdefault(sku, len(ids)), items) for sku, items in lines.items()))
-        for order, lines in read_orders(orders, calendar)
+        for order, lines in read
     ]
     found = draw_day(given, by, spans, stream(seed, "drawn day"), zero, "--by")
     options = ["--by", f"{by:g}", *(text for peak in peaks for text in ("--peak", peak))]
-    options += ["--start", start] if start is not None else []
+    given_once = ("--route", route), ("--start", start)
+    options += [text for name, told in given_once if told is not None for text in (name, told)]
     command = shlex.join(["rmfs", "scale", orders.name, *options, "--seed", str(seed)])
     totals = f"{counted(len(found), 'order')} of {len(given):,}"
     comment = f"# {totals} drawn by `{command}`; times count from {start or 'midnight'}.\n"
-    content = comment + orders_csv(Instance(tuple(ids), found, ()))
+    content = comment + orders_csv(Instance(tuple(ids), found, ()), route)
     write_files(out.parent, {out.name: content.encode()}, force=force)
     lines = sum(len(order.lines) for order in found)
     items = sum(order.items for order in found)

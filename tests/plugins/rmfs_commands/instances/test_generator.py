@@ -271,8 +271,19 @@ def test_a_file_is_made_that_says_how(folder: Path, capsys: pytest.CaptureFixtur
     assert "--force replaces it" in capsys.readouterr().err
 
 
+def test_a_drawn_day_keeps_the_routes_of_its_orders(folder: Path) -> None:
+    rows = "1,100,a,1,N\n2,200,a,1,\n3,300,a,1,S\n"
+    (folder / "routed.csv").write_text(f"order,arrival_s,sku,quantity,tour\n{rows}", encoding="utf-8")
+    assert exit_code("scale", "routed.csv", "--by", "3", "--route", "tour", "--out", "more.csv") == 0
+    comment, header, *drawn = (folder / "more.csv").read_text().splitlines()
+    assert "--by 3 --route tour --seed 1" in comment
+    assert header == "order,arrival_s,sku,quantity,tour"
+    assert {(row[0], row.split(",")[-1]) for row in drawn} == {("1", "N"), ("2", ""), ("3", "S")}
+
+
 @cases(
     "options said",
+    ("--route sku", "--route: found `sku`, which has another meaning; expected a column of routes"),
     ("--by 0", "expected a number from 0.001 to 1,000, found 0"),
     ("--peak 17-20=2", "expected two times of the day and a factor up to 1,000, such as"),
     ("--peak 17:00-17:00=2", "found '17:00-17:00=2'"),
