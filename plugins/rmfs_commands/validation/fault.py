@@ -76,7 +76,7 @@ KINDS: dict[str, str] = {
     "moved-elsewhere": "a pod that is carried elsewhere is set down somewhere else",
     # Robots without a task
     "no-rest": "a robot is sent to rest where it must not",
-    "rested": "a robot rests that was not sent, or elsewhere than it stands or was sent",
+    "rested": "a robot rests that was not sent, or somewhere else than it stands",
     # Lines and visits
     "queue-too-long": "a station has more pods in line than its queue holds",
     "joined-late": "a robot has waited in a queue and joined its line only when it was served",

@@ -75,7 +75,6 @@ def faults_of(
     pods = PodCheck(case, state)
     picks, bundles, shifts = PickCheck(case, state), BundleCheck(case, state), ShiftCheck(case, state)
     stock, decisions, outages = StockCheck(case, state), DecisionCheck(case, state), OutageCheck(case, state)
-    resting = RestCheck(case, state)
     # The way is checked while a robot is still where its run starts, the decision before its parts take up capacity,
     # and which orders wait for stock before what is on order for them.
     checks = (
@@ -89,7 +88,7 @@ def faults_of(
         decisions,
         shifts,
         orders,
-        resting,
+        RestCheck(case, state),
         packing,
         outages,
     )
@@ -118,7 +117,6 @@ def faults_of(
     shifts.at_end()
     packing.at_end()
     outages.at_end()
-    resting.at_end()
     if whole:
         if collisions:
             find_collisions(case, state)

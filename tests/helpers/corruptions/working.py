@@ -82,11 +82,6 @@ def a_robot_sent_to_rest_on_the_floor(raw: Raw) -> None:
 
 
 @kind
-def a_robot_that_rests_elsewhere_than_it_was_sent(raw: Raw) -> None:
-    raw.one(SENT)["cell"] = raw.free_location
-
-
-@kind
 def a_robot_sent_to_rest_where_another_stands(raw: Raw) -> None:
     i = raw.place(SENT)
     cells = {robot: place["cell"] for robot, place in enumerate(raw.header["robots"])}

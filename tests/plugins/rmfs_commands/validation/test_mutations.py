@@ -220,7 +220,6 @@ NAMED = (
     (JOINT, "a bound above the objective", "bound"),
     (JOINT, "a robot that rests without being sent", "rested"),
     (JOINT, "a rest in the next cell", "rested"),
-    (JOINT, "a robot that rests elsewhere than it was sent", "rested"),
     (JOINT, "a robot sent to rest on the floor", "no-rest"),
     (JOINT, "a robot sent to rest where another stands", "no-rest"),
     (JOINT, "a trip of a pod that is carried elsewhere", "moved-bound"),
