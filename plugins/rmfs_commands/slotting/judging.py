@@ -8,17 +8,16 @@ from typing import Any
 
 from attrs import evolve, frozen
 
+from rmfs_commands.cli.csv_writing import orders_csv
 from rmfs_commands.experiments import Base, Experiment, ExperimentResult, RuleSetChoice, run_experiment
 from rmfs_commands.experiments.compare import FEWEST_SEEDS, Comparison, summary
 from rmfs_commands.experiments.experiment import Axis, AxisPoint
 from rmfs_commands.experiments.watching import Watcher
 from rmfs_commands.experiments.workers import Workers
-from rmfs_commands.instances.csv_files import CANCELLED_COLUMNS, DUE_COLUMNS, ORDER_COLUMNS
 from rmfs_commands.results.files import output_folder, to_csv, write_text
-from rmfs_commands.slotting.past import Day, Past
+from rmfs_commands.slotting.past import Past
 from rmfs_commands.slotting.placing import NOW, Contents
-from rmfs_core.clock import to_seconds
-from rmfs_core.scenario.model import Departures, Scenario
+from rmfs_core.scenario.model import Scenario
 from rmfs_core.world import Layout
 
 OWN = "own"
@@ -69,21 +68,6 @@ def pods_csv(past: Past, contents: Contents, cells: Sequence[int], layout: Layou
     return to_csv(["pod", "sku", "quantity", *(("row", "column") if cells else ())], rows)
 
 
-def orders_csv(past: Past, day: Day, departures: Departures | None) -> str:
-    """Return the orders of a day as a file that a scenario reads; with departures, which say when they are due."""
-    route = None if departures is None else departures.column
-    more = (*DUE_COLUMNS, *CANCELLED_COLUMNS, *([route] if route else []))
-    rows = []
-    for order in day.orders:
-        times = (order.arrival_tick, order.due_tick, order.cancelled_tick)
-        arrival, due, cancelled = (None if tick is None else f"{to_seconds(tick):.3f}" for tick in times)
-        due = due if departures is None else None
-        told: dict[str, Any] = {"due_s": due, "priority": order.priority, "cancelled_s": cancelled}
-        told |= {"order": order.name, "arrival_s": arrival} | ({route: order.route} if route else {})
-        rows += [told | {"sku": past.instance.skus[sku], "quantity": items} for sku, items in order.lines]
-    return to_csv([*ORDER_COLUMNS, *more], rows)
-
-
 def judge(
     scenario: Scenario,
     name: str,
@@ -116,14 +100,17 @@ def judge(
         Where the days, the pods and the finished runs go.
     """
     departures = scenario.instance.departures
-    routed = departures is not None and departures.column is not None
+    route = None if departures is None else departures.column
     folder = folder.absolute()
     bases, choices = [], []
     for day in past.later:
         file = output_folder(folder / "days") / f"{day.name.replace(' ', '-')}.csv"
-        write_text(file, orders_csv(past, day, departures))
+        orders = day.orders
+        if departures is not None:  # which say when orders are due
+            orders = tuple(evolve(order, due_tick=None) for order in orders)
+        write_text(file, orders_csv(evolve(past.instance, orders=orders), route))
         section = evolve(scenario.instance, orders_file=str(file), start=day.start)
-        if routed and all(order.route is None for order in day.orders):  # on that day nothing goes with a truck
+        if route is not None and all(order.route is None for order in orders):  # on that day nothing goes with a truck
             section = evolve(section, departures=None)
         bases.append(Base(day.name, evolve(scenario, instance=section)))
     for placement, text in pods.items():
