@@ -60,7 +60,7 @@ def departing(instance: Instance, scenario: Scenario) -> Instance:
     wait = to_ticks(given.cutoff_s)
     due = [first_for(order, trucks, wait) for order in instance.orders]
     routed = isinstance(given.times, Mapping)
-    drawn = section.scale is not None  # a day may have nothing but orders without a route
+    drawn = section.scale is not None and given.column is not None  # a day may have no order with a route
     if routed and instance.orders and all(order.route is None for order in instance.orders) and not drawn:
         expected = "`column`, a column of the orders' file" if given.column is None else f"some in `{given.column}`"
         raise InputError(TIMES, f"found routes, but no order has one; expected {expected}")

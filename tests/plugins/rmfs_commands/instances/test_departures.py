@@ -88,6 +88,7 @@ NEEDS = 'expected times of the day such as "14:00", or seconds from 0 to ten yea
     (LIST.format("0") + "cutoff_s = -5\n", "expected a number from 0 to 1e+07, found -5.0"),
     ("[instance.departures]\ntimes = {}\n", "found no route; expected at least one"),
     (ROUTES.replace("column", "#"), "found routes, but no order has one; expected `column`"),
+    (ROUTES.replace("column", "#") + "[instance.scale]\nby = 2\n", "found routes, but no order has one; expected `col"),
     (ROUTES.replace("carrier", "carier"), "without `carier`"),
     (ROUTES.replace("carrier", "sku"), "found `sku`, which has another meaning; expected a column of routes"),
     (ROUTES.replace("south =", "sauth ="), "found south, which `instance.departures.times` has not (did you mean"),
