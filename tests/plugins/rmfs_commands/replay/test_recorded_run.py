@@ -422,17 +422,39 @@ def refusal(address: str, **headers: str) -> tuple[int, str]:
         return answer.code, answer.read().decode("utf-8")
 
 
+HELD = """
+import time
+from pathlib import Path
+
+import attrs
+from rmfs_core import hookimpl
+
+
+@attrs.define
+class Held:
+    'Observer that holds the run after a minute, until the file `seen` is beside it.'
+
+    @hookimpl
+    def on_event(self, event):
+        while event.tick > 60_000 and not Path(__file__).with_name("seen").exists():
+            time.sleep(0.05)
+"""
+
+
 @pytest.mark.slow
 def test_the_command_shows_the_run_in_a_browser_until_ctrl_c(tmp_path: Path) -> None:
+    (tmp_path / "held.py").write_text(HELD)
     program = f"{HEED}; from rmfs_commands.cli.main import main; main()"
-    long = ("--set", "instance.orders=4000", "--out", str(tmp_path / "out"))
-    command = [sys.executable, "-c", program, "run", "paper-250", "--watch", "--quiet", *long]
+    held = ("--set", f'rules.observers=["{tmp_path / "held.py"}:Held"]', "--out", str(tmp_path / "out"))
+    command = [sys.executable, "-c", program, "run", "paper-250", "--watch", "--quiet", *held]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process, Chromium() as browser:
         try:
             address = next(line.split()[-1] for line in process.stderr if line.startswith("Watch the run at"))
             assert "?token=" in address
             browser.open(address)
             first = browser.evaluate("replay.end")
+            assert browser.evaluate("replay.running")
+            (tmp_path / "seen").touch()
             begin = time.monotonic()
             while browser.evaluate("replay.running"):
                 assert time.monotonic() - begin < 120
