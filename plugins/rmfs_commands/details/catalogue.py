@@ -158,7 +158,7 @@ OPENING: tuple[Metric, ...] = (
         "Stations open",
         "h",
         1,
-        "Hours in which stations are open or finish what they have, summed over the stations.",
+        "Hours in which stations are open or finish what they have, and are not out of service, summed over them.",
     ),
     Metric(
         "open_utilisation_percent",
