@@ -183,8 +183,8 @@ LATENESS: tuple[Metric, ...] = (
         "  of those due",
         "%",
         1,
-        "Late orders over orders completed or due, of those with a due time. Where the run has a horizon, or ends with "
-        "orders left, only orders that are due by then count.",
+        "Late orders over those completed or due. Only orders with a due time count; where the run has a horizon, or "
+        "ends with orders left, only those that are due by then.",
     ),
     Metric(
         "tardiness_s", "Tardiness", "s", 1, "Completion after the due time, 0 if before, mean over completed orders."

@@ -72,7 +72,7 @@ def title(metric: Metric) -> str:
     """Return a metric's label with its unit: ``Makespan (s)``."""
     label = metric.label.strip()
     if metric.label.startswith(" "):  # a part of the figure above it in a table of all metrics
-        label = metric.meaning.rstrip(".")
+        label = metric.meaning.partition(". ")[0].rstrip(".")
     return f"{label} ({metric.unit})" if metric.unit else label
 
 

@@ -354,7 +354,7 @@ def _runs(rows: Sequence[Mapping[str, Any]], comparison: Comparison, metric: str
     room = (whole - 0.7) / len(sets)
     labels = ["\n".join(_wrapped(part, max(room, 1.2)) for part in name.split(", ")) for name in sets]
     lines = [line for label in labels for line in label.split("\n")]
-    rotated = LETTER * max(map(len, lines)) > room
+    rotated = LETTER * (max(map(len, lines)) + 2) > room  # two of them apart
     below = LETTER * max(map(len, lines)) if rotated else 0.15 * max(label.count("\n") for label in labels)
     figure = _figure(whole, 2.6 + below + 0.15 * -(-len(names) // columns))
     panel = figure.subplots()

@@ -37,7 +37,9 @@ from rmfs_core.scenario import load_scenario
 
 
 def test_a_title_stands_by_itself() -> None:
-    part = Metric("loaded_distance_m", "  with a pod", "m", 0, "Part of the distance driven with a pod.")
+    part = Metric(
+        "loaded_distance_m", "  with a pod", "m", 0, "Part of the distance driven with a pod. Turns add none."
+    )
     assert title(part) == "Part of the distance driven with a pod (m)"
 
 
