@@ -14,6 +14,7 @@ from rmfs_commands.cli.screen import say, tell
 
 if TYPE_CHECKING:
     from rmfs_core.scenario import RuleChoice, RulesSection, Scenario
+    from rmfs_core.scenario.model import Departures
 
 WRITTEN = ("orders.csv", "pods.csv", "scenario.toml")
 """Files that are made, not copied."""
@@ -36,21 +37,25 @@ def generate(
     DIR/scenario.toml runs on the same instance as SCENARIO. A text map, rules from files, and files that
     parameters of rules name are copied along.
     """
+    from attrs import evolve
+
     from rmfs_commands.cli.checking import load_checked
     from rmfs_commands.cli.csv_writing import orders_csv, pods_csv
     from rmfs_commands.cli.file_writing import write_files
     from rmfs_commands.cli.toml_scenario import to_toml
+    from rmfs_commands.instances.departures import before_trucks
     from rmfs_core.scenario import located
     from rmfs_core.wording import counted
     from rmfs_core.world import make_instance
 
     loaded = load_checked(scenario, overrides, seed)
     instance = make_instance(loaded)
+    orders, trucks = before_trucks(instance.orders, loaded.instance.departures)
     with located(loaded):
-        moved, copied = _with_files(loaded, allow_inline=not no_inline_rules)
+        moved, copied = _with_files(loaded, trucks, allow_inline=not no_inline_rules)
     files = {
         **copied,
-        "orders.csv": orders_csv(instance).encode(),
+        "orders.csv": orders_csv(evolve(instance, orders=orders), None if trucks is None else trucks.column).encode(),
         "pods.csv": pods_csv(instance).encode(),
         "scenario.toml": to_toml(moved).encode(),
     }
@@ -61,7 +66,9 @@ def generate(
     )
 
 
-def _with_files(scenario: Scenario, *, allow_inline: bool) -> tuple[Scenario, dict[str, bytes]]:
+def _with_files(
+    scenario: Scenario, trucks: Departures | None, *, allow_inline: bool
+) -> tuple[Scenario, dict[str, bytes]]:
     """Return the scenario for another folder, on CSV files, and the other files it needs there by name."""
     from attrs import evolve
 
@@ -90,6 +97,7 @@ def _with_files(scenario: Scenario, *, allow_inline: bool) -> tuple[Scenario, di
         pods_file="pods.csv",
         pods_at_stations=given.pods_at_stations,
         start=given.start,
+        departures=trucks,
         arrivals=Arrivals() if arrivals.backlog is None else arrivals,
         pod_capacity=given.pod_capacity,
         skus_file=skus_file,

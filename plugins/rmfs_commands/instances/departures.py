@@ -80,6 +80,16 @@ def departing(instance: Instance, scenario: Scenario) -> Instance:
     )
 
 
+def before_trucks(
+    orders: Sequence[OrderData], given: Departures | None
+) -> tuple[tuple[OrderData, ...], Departures | None]:
+    """Return orders as their file has them, and what makes them due; None where no order goes with a truck."""
+    if given is None:
+        return tuple(orders), None
+    some = given.column is None or any(order.route is not None for order in orders)
+    return tuple(evolve(order, due_tick=None) for order in orders), given if some else None
+
+
 def trucks_of(given: Departures, zero: int) -> dict[str | None, Trucks]:
     """Return the trucks by route; None where there are no routes. ``zero``: ticks from midnight to time 0."""
     routes: dict[str | None, Sequence[str | float]] = {}

@@ -14,6 +14,7 @@ from rmfs_commands.experiments.compare import FEWEST_SEEDS, Comparison, summary
 from rmfs_commands.experiments.experiment import Axis, AxisPoint
 from rmfs_commands.experiments.watching import Watcher
 from rmfs_commands.experiments.workers import Workers
+from rmfs_commands.instances.departures import before_trucks
 from rmfs_commands.results.files import output_folder, to_csv, write_text
 from rmfs_commands.slotting.past import Past
 from rmfs_commands.slotting.placing import NOW, Contents
@@ -105,13 +106,9 @@ def judge(
     bases, choices = [], []
     for day in past.later:
         file = output_folder(folder / "days") / f"{day.name.replace(' ', '-')}.csv"
-        orders = day.orders
-        if departures is not None:  # which say when orders are due
-            orders = tuple(evolve(order, due_tick=None) for order in orders)
+        orders, trucks = before_trucks(day.orders, departures)
         write_text(file, orders_csv(evolve(past.instance, orders=orders), route))
-        section = evolve(scenario.instance, orders_file=str(file), start=day.start)
-        if route is not None and all(order.route is None for order in orders):  # on that day nothing goes with a truck
-            section = evolve(section, departures=None)
+        section = evolve(scenario.instance, orders_file=str(file), start=day.start, departures=trucks)
         bases.append(Base(day.name, evolve(scenario, instance=section)))
     for placement, text in pods.items():
         file = output_folder(folder / "placements") / f"{placement}.csv"

@@ -7,6 +7,7 @@ import pytest
 from attrs import evolve
 
 import rmfs_core
+from calling import exit_code
 from cases import cases
 from rmfs_commands.details.loading import load_result
 from rmfs_commands.instances.departures import trucks_of
@@ -118,3 +119,17 @@ def test_a_day_that_is_drawn_may_have_no_order_with_a_route(tmp_path: Path) -> N
 def test_what_does_not_go_with_generated_orders(override: str, problem: str) -> None:
     with pytest.raises(InputError, match=re.escape(problem)):
         make_instance(load_scenario("examples/small", ['instance.departures.times=["10:00"]', override]))
+
+
+@cases(
+    "departures overrides", (ROUTES, ()), (LIST.format('"09:00"'), ()), (ROUTES, ("instance.scale.by=0.5", "seed=2"))
+)
+def test_a_scenario_that_is_written_keeps_its_trucks(
+    tmp_path: Path, departures: str, overrides: tuple[str, ...]
+) -> None:
+    day = write(tmp_path, departures)
+    chosen = [text for one in overrides for text in ("--set", one)]
+    assert exit_code("generate", str(day), *chosen, "--out", str(tmp_path / "new")) == 0
+    before, after = load_scenario(day, list(overrides)), load_scenario(tmp_path / "new" / "scenario.toml")
+    assert make_instance(after) == make_instance(before)
+    assert after.instance.departures == (None if overrides else before.instance.departures)
