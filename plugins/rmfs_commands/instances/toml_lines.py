@@ -13,7 +13,10 @@ MOST_NESTED = 50
 _HEADER = re.compile(r"^\s*\[\[?(?P<keys>[^\]]+)\]\]?\s*(#.*)?$")
 _PART = r"(?:[A-Za-z0-9_-]+|\"[^\"\\]*\"|'[^']*')"
 _ASSIGNMENT = re.compile(rf"^\s*(?P<keys>{_PART}(?:\s*\.\s*{_PART})*)\s*=")
-JSON = "found JSON (a result?); to run a day again, give its scenario and `--journal`"
+JSON = (
+    "found JSON; `rmfs scenario show DIR` prints the scenario of the run in DIR, and `rmfs run SCENARIO --journal "
+    "FILE` runs the day of a hall again"
+)
 
 
 def read_toml(text: str) -> dict[str, Any]:

@@ -154,7 +154,8 @@ BAD_FILES = [
     ("seed = 1\nrobots = ", ", line 2, column 10: this is no valid TOML: Invalid value; texts need quotes"),
     (
         "{}",
-        ": this is no valid TOML: found JSON (a result?); to run a day again, give its scenario and `--journal`",
+        ": this is no valid TOML: found JSON; `rmfs scenario show DIR` prints the scenario of the run in DIR, and "
+        "`rmfs run SCENARIO --journal FILE` runs the day of a hall again",
     ),
     ("seed = 1\nseed = 2", ", line 2, column 9: this is no valid TOML: Cannot overwrite a value"),
     # two mistakes: the first in the file, whatever the order of the keys in the documentation

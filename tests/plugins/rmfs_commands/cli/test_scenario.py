@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from jsonschema import Draft202012Validator
 
+import rmfs_core
 from calling import exit_code
 from cases import cases
 from installed import RMFS
@@ -47,6 +48,14 @@ def test_the_resolved_scenario_and_the_schema(capsys: pytest.CaptureFixture[str]
     assert (code, tomllib.loads(out)["seed"]) == (0, 9)
     (tmp_path / "again.toml").write_text(out, encoding="utf-8")
     assert load_scenario(tmp_path / "again.toml") == load_scenario("examples/small", ["robots.count=3"], 9)
+    rmfs_core.run("examples/small", overrides=["robots.count=3", "instance.orders=5"], seed=9, out=tmp_path / "out")
+    ran = [run(capsys, "scenario", "show", str(one)) for one in (tmp_path / "out", tmp_path / "out" / "result.json")]
+    assert {code for code, _, _ in ran} == {0}
+    for _, out, _ in ran:
+        (tmp_path / "ran.toml").write_text(out, encoding="utf-8")
+        assert load_scenario(tmp_path / "ran.toml") == load_scenario(tmp_path / "again.toml", ["instance.orders=5"])
+    code, _, error = run(capsys, "scenario", "show", str(tmp_path / "out"), "--seed", "3")
+    assert (code, error.endswith("expected neither with the folder of a run\n")) == (2, True)
     code, out, _ = run(capsys, "scenario", "schema")
     assert code == 0
     assert json.loads(out)["$schema"] == "https://json-schema.org/draft/2020-12/schema"
