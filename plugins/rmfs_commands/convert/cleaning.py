@@ -21,6 +21,8 @@ from rmfs_core.wording import counted, did_you_mean
 NO_QUANTITY = "a quantity that is no whole number from 1 on (returns, weights)"
 NO_TIME = "no time that can be read"
 UNREADABLE = "that cannot be read"
+WHOLE_DAY = "a time of arrival that is a date alone"
+_IN_PARTS = "; --time-of-day names the column of the time, if there is one"
 _LIST = re.compile(r"""^[\[{].*[]}]$|\w["'\s]*[;,|]["'\s]*\w""")
 _MOST_PRIORITY = 10**10 - 1
 
@@ -94,7 +96,7 @@ class Cleaner:
     emptied
         Fields that were left empty, by reason: due times and priorities that cannot be read.
     whole_days
-        Due times and times of cancellation that are dates without a time of the day.
+        Times that are dates without a time of the day.
     lists
         SKUs that look like a list of several, such as ``tea;mug``.
     unused
@@ -141,8 +143,8 @@ class Cleaner:
             yield f"Left out{of}: {part}."
         for part in self.left_empty().values():
             yield f"Left empty{of}: {part}."
-        for _, part in self.whole_days.parts():
-            yield f"Taken as 00:00 of the day{of}: {part}."
+        for what, part in self.whole_days.parts():
+            yield f"Taken as 00:00 of the day{of}: {part}{_IN_PARTS if what == WHOLE_DAY else ''}."
         if self.lists.rows > 1 or any(text[0] in "[{" for _, text in self.lists.examples):
             found = f"{counted(self.lists.rows, 'row')}{self.lists.shown()}"
             yield f"SKUs that look like lists{of}: {found}; each is taken as one SKU: a line needs a row of its own."
@@ -218,13 +220,17 @@ class Cleaner:
         if self.columns.time is None:
             return Moment(0)
         try:
-            return self.reader.clock.read(text, row)
+            moment = self.reader.clock.read(text, row)
         except UnusableError as error:
             self._drop(str(error), row, text, name)
         except ClockError as error:
             raise InputError(f"{file}, row {row}, {self.columns.time}", str(error)) from None
         except (ValueError, OverflowError):
             self._drop(NO_TIME, row, text, name)
+        else:
+            if moment.whole_day:
+                self.whole_days.note(WHOLE_DAY, row, text)
+            return moment
         return None
 
     def _later(self, file: str, row: int, column: str | None, what: str, text: str) -> int | None:

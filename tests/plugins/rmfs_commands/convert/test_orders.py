@@ -110,6 +110,10 @@ def test_dates_without_a_time_of_day(tmp_path, capsys, formats, days) -> None:
         assert (
             'Cancelled before they arrive: 2 orders: row 1 "7", row 2 "8"; they are cancelled as they arrive.' in told
         )
+        assert "a time of arrival" not in told
+    converted(tmp_path, "\n".join(("o,s,t", f"1,a,{days[0]}", f"2,a,{days[2]}")), "--force", *formats)
+    found = f'2 rows with a time of arrival that is a date alone: row 1 "{days[0]}", row 2 "{days[2]}"; --time-of-day'
+    assert f"Taken as 00:00 of the day: {found} names the column" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("of_heads", [False, True])
