@@ -152,7 +152,9 @@ def test_what_stock_cannot_serve_is_left_out(tmp_path: Path, capsys: pytest.Capt
         assert (tmp_path / "orders.csv").read_text(encoding="utf-8").splitlines()[1:] == kept
         written = (tmp_path / "left-out.csv").read_text(encoding="utf-8")
         assert written.splitlines() == ["order,sku,quantity,reason", *left]
-    assert "Left out for lack of stock: 3 lines of 3 orders, 7 items of 2 SKUs; " in capsys.readouterr().out
+        told = capsys.readouterr().out
+        assert f"Left out: {'2 orders' if whole else '1 order'} with no line that stock can serve.\n" in told
+    assert "Left out for lack of stock: 3 lines of 3 orders, 7 items of 2 SKUs; " in told
     assert rmfs_core.run(tmp_path / "scenario.toml").status == "complete"
 
 
@@ -526,6 +528,7 @@ def test_what_is_left_out_of_orders(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert 'Left out: 1 row with more than 1,000,000 items in a line: row 1 "1,200,000".' in told
     late = "more than ten years after time 0 (2024-03-02T00:00:00; --from leaves out what is earlier)"
     assert f'Left out: 1 row with a time {late}: row 4 "2034-04-01T00:00:00".' in told
+    assert "Left out: 2 orders with no row that is kept.\n" in told
 
 
 def test_what_cannot_be_read_is_left_empty(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
