@@ -23,6 +23,7 @@ NO_TIME = "no time that can be read"
 UNREADABLE = "that cannot be read"
 WHOLE_DAY = "a time of arrival that is a date alone"
 _IN_PARTS = "; --time-of-day names the column of the time, if there is one"
+_OF_FIRST = "; where only the first row of an order has it, --orders with this table, too, gives it to the others"
 _LIST = re.compile(r"""^[\[{].*[]}]$|\w["'\s]*[;,|]["'\s]*\w""")
 _MOST_PRIORITY = 10**10 - 1
 
@@ -90,7 +91,7 @@ class Cleaner:
     Attributes
     ----------
     rows
-        Rows read; those in which no column has anything are counted in ``blank`` alone.
+        Rows read; those in which no column has anything (of headers, but the order) are counted in ``blank`` alone.
     dropped
         Rows that were left out, by reason.
     emptied
@@ -162,7 +163,7 @@ class Cleaner:
         """Return which options may read the rows that were left out for a reason."""
         examples = [text for _, text in self.dropped.reasons[reason].examples]
         if reason == NO_TIME:
-            return guessed(examples)
+            return guessed(examples) if any(examples) else _OF_FIRST if self.columns.sku else ""
         return self.reader.quantities.guessed(examples) if reason == NO_QUANTITY else ""
 
     def lines(self, file: str, rows: Iterable[Row]) -> Iterator[Line]:
@@ -176,7 +177,8 @@ class Cleaner:
         columns, clean = self.columns, self.reader.names.clean
         for row, fields in rows:
             order, sku, time, amount, due, priority, time_of_day, cancelled, route = map(str.strip, fields)
-            if not any(map(str.strip, fields)):
+            of_head = order if columns.sku or not columns.time else ""  # with lines among headers
+            if not any((of_head, sku, time, amount, due, priority, time_of_day, cancelled, route)):
                 self.blank += 1
                 continue
             self.rows += 1

@@ -116,6 +116,20 @@ def test_dates_without_a_time_of_day(tmp_path, capsys, formats, days) -> None:
     assert f"Taken as 00:00 of the day: {found} names the column" in capsys.readouterr().out
 
 
+def test_a_table_whose_first_rows_alone_are_headers(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """As web shops export them; one table is then that of the headers, too."""
+    text = "o,s,t,c\n1,a,06:00,07:00\n1,b,,\n1,c,,\n2,a,06:05,\n2,c,,\n"
+    options = ["--cancelled", "c", "--time-format", "%H:%M", "--start", "06:00"]
+    table = str(tmp_path / "lines.csv")
+    assert refused(capsys, main, command(tmp_path, text, *options)).endswith(
+        "row 2, row 3, row 5; where only the first row of an order has it, --orders with this table, too, gives it to "
+        "the others; expected at most half, or --force\n"
+    )
+    kept = converted(tmp_path, text, *options, "--orders", table)
+    assert kept == ["1,0,a,1,3600", "1,0,b,1,3600", "1,0,c,1,3600", "2,300,a,1,", "2,300,c,1,"]
+    assert f"Read 2 headers of {table}, and 3 without any entry.\n" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("of_heads", [False, True])
 def test_orders_that_go_with_trucks(tmp_path: Path, capsys: pytest.CaptureFixture[str], of_heads: bool) -> None:
     text = "o,s,t,r\n1,a,06:00,south\n1,b,06:00,north\n2,a,06:05,\n3,a,06:06,south\n"
