@@ -285,6 +285,11 @@ def test_opening_hours(tmp_path: Path, capsys: pytest.CaptureFixture[str], zone:
         "--due d",
         f"lines.csv, row 1, d: found seconds where the rows before have {DATES}; expected one kind of time\n",
     ),
+    (
+        "o,s,t,d\n1,a,2024-03-01T06:00,20240302\n",
+        "--due d",
+        'numbers such as "20240302" may be dates as YYYYMMDD: --time-format %Y%m%d --time-format iso\n',
+    ),
     ("o,s,q\n1,a,1.000\n", "--quantity q", 'lines.csv, row 1, q: found "1.000", which may be 1 or 1000; expected'),
     ('o,s,p\n1,a,"1,000"\n', "--priority p", 'lines.csv, row 1, p: found "1,000", which may be 1000 or 1; expected'),
     ("o,s,t\n1,a,20240229\n", "", 'lines.csv, t: found numbers such as "20240229" in row 1, which may be dates as'),
