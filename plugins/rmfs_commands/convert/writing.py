@@ -234,7 +234,7 @@ def _write_stock(
     size, found = size_for(len(stock.held), demand, start, opens)
     write_text(place / SCENARIO, scenario_of(len(stock.held), start, stock.learned.sentence(), size, opens))
     wanted = "since the orders want more"
-    more = f"; of {raised:,} SKUs more than {stock.items:,} on a pod, {wanted}" if raised else ""
+    more = f"; of {counted(raised, 'SKU')} more than {stock.items:,} on a pod, {wanted}" if raised else ""
     places = sum(map(len, stock.held))
     learned = stock.learned.sentence()
     return [

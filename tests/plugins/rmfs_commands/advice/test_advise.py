@@ -20,6 +20,7 @@ from rmfs_commands.advice.answer import (
     more,
     sentences_of,
     share,
+    table_of,
     with_open_orders,
 )
 from rmfs_commands.advice.candidates import advice_experiment, lets_split
@@ -235,7 +236,10 @@ def test_orders_that_a_horizon_leaves_open_count(small: Scenario) -> None:
     assert "*: of" not in caption(result)
     first = [row for row in result.rows if row["seed"] == result.rows[0]["seed"]]
     assert "Intervals: 95 %" in caption(result)
-    assert "Intervals" not in caption(evolve(result, rows=first))
+    few = evolve(result, rows=first)
+    assert "Intervals" not in caption(few)
+    for one, marked in ((result, True), (few, False)):  # a mark needs the sentence of the caption on it
+        assert any("*" in cell for cell in table_of(one, best_of_each(one)).columns[1].cells) == marked
 
 
 def test_orders_that_are_not_packed_count() -> None:
