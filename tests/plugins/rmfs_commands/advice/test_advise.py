@@ -69,7 +69,12 @@ def test_the_busiest_hour_is_one_of_the_clock() -> None:
     over = ["instance.orders=200", DAY[0], f"instance.arrivals.profile={profile}", "instance.start=2026-01-05T03:30:00"]
     scenario = load_scenario("examples/small", over)
     of_hour = sum(5400 <= order.arrival_tick / 1000 < 9000 for order in make_instance(scenario).orders)
-    assert f"The busiest hour, from 05:00, is not among them: it has {of_hour} orders" in cut(scenario, 1).told[-1]
+    assert (
+        f"The busiest hour, from 05:00 on day 1, is not among them: it has {of_hour} orders"
+        in cut(scenario, 1).told[-1]
+    )
+    night = load_scenario("examples/small", [*over[:-1], "instance.start=2026-01-04T23:30:00"])
+    assert "The busiest hour, from 05:00 on day 2, is not among them" in cut(night, 1).told[-1]
 
 
 @cases(
