@@ -212,7 +212,8 @@ def table_of(result: ExperimentResult, found: Sequence[Best]) -> Table:
         cells = []
         for number, metric in enumerate(comparison.metrics[: len(HEADINGS)]):
             one = _whole(comparison, metric).get(name)
-            mark = AS_GOOD if number < len(found) and name in found[number].names else ""
+            marked = comparison.tested and number < len(found) and name in found[number].names
+            mark = AS_GOOD if marked else ""
             cells.append(NONE if one is None else f"{mark}{value(comparison.described(metric), one.mean)}")
             if number < len(found):
                 if one is None or name.endswith(OWN):

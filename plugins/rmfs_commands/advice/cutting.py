@@ -95,8 +95,9 @@ def cut(scenario: Scenario, hours: float | None) -> Cut:
     hour, most = max(by_hour.items(), key=lambda found: found[1], default=(0, 0))
     ends = (hour + 1) * HOUR - zero
     if ends > end and most > MORE * within:
+        day = f" on day {hour // 24 + 1}" if ticks[-1] + zero >= DAY else ""
         told.append(
-            f"The busiest hour, from {hour % 24:02}:00, is not among them: it has {most:,} orders, the busiest of "
+            f"The busiest hour, from {hour % 24:02}:00{day}, is not among them: it has {most:,} orders, the busiest of "
             f"these {within:,}; --hours {_half_hours(ends - begin):g} includes it."
         )
     return Cut(shorter, (*told, *_left_trucks(trucks, end)))

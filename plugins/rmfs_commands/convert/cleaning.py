@@ -21,6 +21,9 @@ from rmfs_core.wording import counted, did_you_mean
 NO_QUANTITY = "a quantity that is no whole number from 1 on (returns, weights)"
 NO_TIME = "no time that can be read"
 UNREADABLE = "that cannot be read"
+WHOLE_DAY = "a time of arrival that is a date alone"
+_IN_PARTS = "; --time-of-day names the column of the time, if there is one"
+_OF_FIRST = "; where only the first row of an order has it, --orders with this table, too, gives it to the others"
 _LIST = re.compile(r"""^[\[{].*[]}]$|\w["'\s]*[;,|]["'\s]*\w""")
 _MOST_PRIORITY = 10**10 - 1
 
@@ -88,13 +91,13 @@ class Cleaner:
     Attributes
     ----------
     rows
-        Rows read; those in which no column has anything are counted in ``blank`` alone.
+        Rows read; those in which no column has anything (of headers, but the order) are counted in ``blank`` alone.
     dropped
         Rows that were left out, by reason.
     emptied
         Fields that were left empty, by reason: due times and priorities that cannot be read.
     whole_days
-        Due times and times of cancellation that are dates without a time of the day.
+        Times that are dates without a time of the day.
     lists
         SKUs that look like a list of several, such as ``tea;mug``.
     unused
@@ -141,8 +144,8 @@ class Cleaner:
             yield f"Left out{of}: {part}."
         for part in self.left_empty().values():
             yield f"Left empty{of}: {part}."
-        for _, part in self.whole_days.parts():
-            yield f"Taken as 00:00 of the day{of}: {part}."
+        for what, part in self.whole_days.parts():
+            yield f"Taken as 00:00 of the day{of}: {part}{_IN_PARTS if what == WHOLE_DAY else ''}."
         if self.lists.rows > 1 or any(text[0] in "[{" for _, text in self.lists.examples):
             found = f"{counted(self.lists.rows, 'row')}{self.lists.shown()}"
             yield f"SKUs that look like lists{of}: {found}; each is taken as one SKU: a line needs a row of its own."
@@ -160,7 +163,7 @@ class Cleaner:
         """Return which options may read the rows that were left out for a reason."""
         examples = [text for _, text in self.dropped.reasons[reason].examples]
         if reason == NO_TIME:
-            return guessed(examples)
+            return guessed(examples) if any(examples) else _OF_FIRST if self.columns.sku else ""
         return self.reader.quantities.guessed(examples) if reason == NO_QUANTITY else ""
 
     def lines(self, file: str, rows: Iterable[Row]) -> Iterator[Line]:
@@ -174,7 +177,8 @@ class Cleaner:
         columns, clean = self.columns, self.reader.names.clean
         for row, fields in rows:
             order, sku, time, amount, due, priority, time_of_day, cancelled, route = map(str.strip, fields)
-            if not any(map(str.strip, fields)):
+            of_head = order if columns.sku or not columns.time else ""  # with lines among headers
+            if not any((of_head, sku, time, amount, due, priority, time_of_day, cancelled, route)):
                 self.blank += 1
                 continue
             self.rows += 1
@@ -218,13 +222,17 @@ class Cleaner:
         if self.columns.time is None:
             return Moment(0)
         try:
-            return self.reader.clock.read(text, row)
+            moment = self.reader.clock.read(text, row)
         except UnusableError as error:
             self._drop(str(error), row, text, name)
         except ClockError as error:
             raise InputError(f"{file}, row {row}, {self.columns.time}", str(error)) from None
         except (ValueError, OverflowError):
             self._drop(NO_TIME, row, text, name)
+        else:
+            if moment.whole_day:
+                self.whole_days.note(WHOLE_DAY, row, text)
+            return moment
         return None
 
     def _later(self, file: str, row: int, column: str | None, what: str, text: str) -> int | None:

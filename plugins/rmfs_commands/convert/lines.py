@@ -38,6 +38,7 @@ CREATE TABLE line (
 CREATE TABLE lost (name TEXT NOT NULL, shortens INTEGER NOT NULL);
 """
 
+NO_ROW = "no row that is kept"
 LACK, WITH_ANOTHER = "lack of stock", "another line of the order"
 """Why a line was left out with a stock: its own SKU, or that of another line with --whole-orders."""
 
@@ -215,7 +216,7 @@ class OrderLines:
     def _count_orders_lost(self) -> None:
         """Count the orders none of whose rows is kept."""
         if found := self._count("SELECT count(*) FROM (SELECT name FROM lost EXCEPT SELECT name FROM line)"):
-            self.left_out["no row that is kept"] = found
+            self.left_out[NO_ROW] = found
 
     def _choose(self, span: Span) -> None:
         """Leave out the orders outside a span."""
@@ -249,7 +250,7 @@ class OrderLines:
             self.cleaner.drop_large(row, f"{quantity:,}", name)
         keep_lost(self.cleaner, self._base)
         self._base.executemany("DELETE FROM packed WHERE name = ? AND sku = ?", [one[2:] for one in large])
-        self._base.execute("DELETE FROM whole WHERE name NOT IN (SELECT name FROM packed)")
+        self._leave_out_empty(NO_ROW)
 
     def _leave_out_lacking(self, stock: Mapping[str, int | None], whole: bool) -> None:
         """Leave out lines for which too few items are left of a stock, by arrival; or all of their orders."""
@@ -268,7 +269,15 @@ class OrderLines:
             raise InputError("--in-stock", "found no item there for any of the order lines; expected the same SKUs")
         self._base.executemany("DELETE FROM packed WHERE name = ? AND sku = ?", found)
         self._base.executemany("INSERT INTO lost VALUES (?, 1)", {one[:1] for one in found})
-        self._base.execute("DELETE FROM whole WHERE name NOT IN (SELECT name FROM packed)")
+        self._leave_out_empty("no line that stock can serve")
+
+    def _leave_out_empty(self, reason: str) -> None:
+        """Leave out the orders that lost all lines."""
+        self._count_left_out(reason, "DELETE FROM whole WHERE name NOT IN (SELECT name FROM packed)")
+
+    def _count_left_out(self, reason: str, query: str) -> None:
+        if found := self._base.execute(query).rowcount:
+            self.left_out[reason] = self.left_out.get(reason, 0) + found
 
     def _leave_out_shortened(self, whole: bool) -> None:
         """Count the orders that lost a line, or leave them out."""
@@ -307,7 +316,7 @@ class OrderLines:
             reason = f"a time more than ten years after time 0 ({iso(zero)}; --from leaves out what is earlier)"
             self.cleaner.dropped.add(reason, rows, [(row, iso(Moment(tick, ahead))) for row, tick, ahead in shown])
             self._base.execute(f"DELETE FROM packed WHERE name IN ({late})")
-            self._base.execute(f"DELETE FROM whole WHERE tick > {zero.tick + TEN_YEARS}")
+            self._count_left_out(NO_ROW, f"DELETE FROM whole WHERE tick > {zero.tick + TEN_YEARS}")
         if self.n_orders == 0:
             found = "; ".join(self.cleaner.left_out())
             raise InputError(self.file, f"has no order in time: {found}; expected another --start or --time-format")

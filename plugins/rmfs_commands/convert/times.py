@@ -8,10 +8,11 @@ from datetime import timedelta
 from functools import lru_cache
 from zoneinfo import ZoneInfo
 
-from rmfs_commands.convert.numeric_dates import NumericDates
+from rmfs_commands.convert.numeric_dates import NumericDates, looks_of
 from rmfs_commands.convert.time_formats import (
     ABSOLUTE,
     EPOCH,
+    ISO,
     LOCAL,
     OF_DAY,
     SECONDS,
@@ -79,7 +80,13 @@ class Clock:
         kind, moment = self._read(text)
         if kind != self._kind:
             if self._kind is not None:
-                raise ClockError(f"found {kind} where the rows before have {self._kind}; expected one kind of time")
+                looks = looks_of(text)[:1] if kind == SECONDS and "seconds" not in (self.patterns or ()) else ()
+                perhaps = [
+                    f'; numbers such as "{text}" may be {look.meaning}: --time-format {look.option} --time-format {ISO}'
+                    for look in looks
+                ]
+                problem = f"found {kind} where the rows before have {self._kind}; expected one kind of time"
+                raise ClockError("".join((problem, *perhaps)))
             self._kind = kind
         if kind == SECONDS and self.patterns is None:
             self.numbers.note(text, row)

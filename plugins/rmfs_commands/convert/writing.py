@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import tomllib
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
@@ -189,6 +190,25 @@ def write(lines: OrderLines, folder: Path, zero: Moment, stock: Stock | None, op
     )
     for sentence in told:
         tell(sentence)
+    if stock is None and clock.dated:
+        _warn_of_start(folder / SCENARIO, clock.iso(zero))
+
+
+def _warn_of_start(scenario: Path, start: str) -> None:
+    """Warn where a scenario that stays in the folder has another time 0 than the orders, and with it other hours."""
+    try:
+        instance = tomllib.loads(scenario.read_text(encoding="utf-8"))["instance"]
+        if instance["orders_file"] != "orders.csv":
+            return
+        found, wanted = instance.get("start"), datetime.fromisoformat(start)
+        there = datetime.fromisoformat(found or start[: len("2024-03-01")])
+    except (OSError, ValueError, KeyError, TypeError):  # it is refused when it is run
+        return
+    offsets = {there.utcoffset(), wanted.utcoffset()} - {None}  # only one of them may have one
+    if there.replace(tzinfo=None) != wanted.replace(tzinfo=None) or len(offsets) > 1:
+        has = "no `instance.start`" if found is None else f'`instance.start` = "{found}"'
+        expected = f'expected "{start}", time 0 of these orders: hours and dates would be others'
+        tell(f"Warning: {scenario} has {has}; {expected}.", err=True)
 
 
 def _write_csv(file: Path, rows: Iterable[Sequence[object]]) -> None:
@@ -214,7 +234,7 @@ def _write_stock(
     size, found = size_for(len(stock.held), demand, start, opens)
     write_text(place / SCENARIO, scenario_of(len(stock.held), start, stock.learned.sentence(), size, opens))
     wanted = "since the orders want more"
-    more = f"; of {raised:,} SKUs more than {stock.items:,} on a pod, {wanted}" if raised else ""
+    more = f"; of {counted(raised, 'SKU')} more than {stock.items:,} on a pod, {wanted}" if raised else ""
     places = sum(map(len, stock.held))
     learned = stock.learned.sentence()
     return [

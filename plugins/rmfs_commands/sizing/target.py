@@ -19,6 +19,9 @@ KNOWN = {metric.name: metric for group in METRICS.values() for metric in group} 
 ON_TIME = "on_time_percent_priority_"
 """Before a priority: it may be any."""
 
+_RAISED = frozenset({"cost_total", "cost_per_order", "cost_robots_per_order", "cost_packers_per_order"})
+"""Metrics that more robots or packers raise: the search, from the most on, would miss sizes that keep a limit."""
+
 EXPECTED = "expected one of which less is better, such as turnover_p95_s"
 
 
@@ -54,6 +57,12 @@ class Target:
             raise InputError(self.option, f"more of `{self.metric}` is better; {EXPECTED}")
         if self.metric in FROM_ORDERS:
             raise InputError(self.option, f"`{self.metric}` is the same for every number of robots; {EXPECTED}")
+        if self.metric in _RAISED:
+            problem = (
+                f"more robots or packers raise `{self.metric}`; expected one that they lower, such as turnover_p95_s"
+            )
+            cheapest = "of the sizes that keep it the answer names the one in which an order costs least"
+            raise InputError(self.option, f"{problem}: {cheapest}")
         if self.most < 0 and self.metric in KNOWN:
             raise InputError(self.option, f"`{self.metric}` is never below 0; expected a number >= 0")
         due = any(order.due_tick is not None for instance in instances for order in instance.orders)

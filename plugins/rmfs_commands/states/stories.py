@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import islice
 from typing import Any
 
 from attrs import define, frozen
@@ -17,8 +19,8 @@ from rmfs_core.world.grid import where
 
 Content = Mapping[str, Any]
 
-_OF_STATIONS = {"item_capacity", "order_capacity", "in_hand", "staffed", "active", "in_service"}
-"""Attributes of a station that determine its free capacity, besides its requests."""
+_OF_STATIONS = {"item_capacity", "order_capacity", "staffed", "active", "in_service"}
+"""Attributes of a station that determine its free capacity, besides what is assigned there."""
 
 
 @frozen
@@ -167,23 +169,58 @@ def where_in(content: Content, cell: int) -> str:
 def reduced(content: Content, order: str) -> tuple[OpenState, Order]:
     """Return the warehouse of a recorded state with what an order's assignment depends on alone, and the order in it.
 
-    That is the order, and the picking stations with their requests. Robots, what pods hold and other orders of the
-    backlog make no difference, but would take most of the time.
+    That is the order with its open lines, and the picking stations with as many items as determine their free
+    capacity. Robots, what pods hold, other orders of the backlog and what was picked make no difference, but would
+    take most of the time.
     """
-    stations = {
-        name: {key: given[key] for key in _OF_STATIONS & given.keys()}
-        | {"requests": [{"order": request["order"], "sku": request["sku"]} for request in given["requests"]]}
+    stations: dict[str, dict[str, Any]] = {
+        name: {key: given[key] for key in _OF_STATIONS & given.keys()} | {"requests": _taking(content, name)}
         for name, given in content["stations"].items()
         if "item_capacity" in given or "order_capacity" in given
     }
-    named = [request["order"] for given in stations.values() for request in given["requests"]]
-    named += [given["in_hand"]["order"] for given in stations.values() if "in_hand" in given]
-    told_of = {name: content["orders"][name] for name in dict.fromkeys([order, *named])}
-    orders = {name: {key: one[key] for key in one if key != "packing"} for name, one in told_of.items()}
+    left = {order: Counter[str]()}  # items by SKU that use capacity
+    for given in stations.values():
+        for request in given["requests"]:
+            left.setdefault(request["order"], Counter())[request["sku"]] += 1
+    orders = {name: _cut(content["orders"][name], items, asked=name == order) for name, items in left.items()}
     held = dict.fromkeys(sku for given in orders.values() for sku in given["lines"])
     told = {"format": FORMAT, "version": VERSIONS[-1], "stations": stations, "orders": orders}
     state = open_state(state_from_dict(told | {"pods": {"any": {"contents": held}}}))
     return state, state.view.order(state.names.orders[order])
+
+
+def _taking(content: Content, name: str) -> list[Content]:
+    """Return what uses a station's capacity, as requests: items of parts that are not done, no more than it takes.
+
+    Where it counts orders, that is one item each.
+    """
+    station, found = content["stations"][name], list[Content]()
+    here = [*station["requests"], *filter(None, [station.get("in_hand")])]
+    for order, skus in _by_order(here).items():
+        lines, parts = content["orders"][order]["lines"], content["orders"][order]["parts"]
+        undone = (part["skus"] for part in parts if part["station"] == name and not skus.isdisjoint(part["skus"]))
+        of_order = ({"order": order, "sku": sku} for part in undone for sku in part for _ in range(lines[sku]))
+        found += islice(of_order, station.get("item_capacity", 1))
+    return found[: station.get("item_capacity")]
+
+
+def _by_order(requests: Iterable[Content]) -> dict[str, set[str]]:
+    found: dict[str, set[str]] = {}
+    for request in requests:
+        found.setdefault(request["order"], set()).add(request["sku"])
+    return found
+
+
+def _cut(order: Content, left: Mapping[str, int], *, asked: bool) -> Content:
+    """Return an order with no more of its assigned lines than is left, and if it is asked about with its open lines."""
+    lines = {**left, **(_open_lines(order) if asked else {})}
+    parts = [part | {"skus": skus} for part in order["parts"] if (skus := [sku for sku in part["skus"] if sku in left])]
+    return {key: one for key, one in order.items() if key != "packing"} | {"lines": lines, "parts": parts}
+
+
+def _open_lines(order: Content) -> Mapping[str, int]:
+    assigned = {sku for part in order["parts"] for sku in part["skus"]}
+    return {sku: items for sku, items in order["lines"].items() if sku not in assigned}
 
 
 def _episode(decision: Recorded, what: str) -> Episode:
@@ -196,7 +233,7 @@ def _done_for(decision: Recorded, order: str) -> Iterator[str]:
     decided, content = decision.decision or {}, decision.content
     wanted: dict[str, set[str]] = {}
     assigned = [given for given in decided.get("assignments", ()) if given["order"] == order]
-    left = len(reduced(content, order)[1].open_lines) if assigned else 0
+    left = len(_open_lines(content["orders"][order])) if assigned else 0
     left -= sum(len(given["skus"]) for given in assigned)
     for given in assigned:
         wanted.setdefault(given["station"], set()).update(given["skus"])
@@ -240,13 +277,13 @@ def _why_waiting(decision: Recorded, order: str) -> str | None:
     given = (decided or {}).get("assignments", ())
     if any(assignment["order"] == order for assignment in given):
         return None
-    state, asked = reduced(content, order)
-    if not asked.open_lines:
+    if not _open_lines(content["orders"][order]):
         return None
     if decided is None:
         return "the rule decided nothing valid, which ended the run"
     if order not in content.get("backlog", (order,)):
         return "the prefilters left it out"
+    state, asked = reduced(content, order)
     why = _why_not_chosen(state.view, asked, "preferred others" if given else "assigned nothing")
     begun = bool(content["orders"][order]["parts"])
     return why if begun or free_boxes(content) != 0 else f"{why}, and no box was free to split it"

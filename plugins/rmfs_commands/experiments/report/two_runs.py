@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from attrs import asdict, frozen
 
-from rmfs_commands.details.catalogue import METRICS
+from rmfs_commands.details.catalogue import MEASURES, METRICS
 from rmfs_commands.experiments.report import numbers
 from rmfs_commands.instances.overrides import DATA_FILES
 from rmfs_commands.results.figures import show
@@ -79,7 +79,7 @@ class TwoRuns:
 
         from rmfs_commands.cli.screen import new_table, print_named, say
 
-        described = {metric.name: metric for group in METRICS.values() for metric in group}
+        described = {metric.name: metric for group in (*METRICS.values(), MEASURES) for metric in group}
         table = new_table()
         table.add_column("Metric")
         for name in ("First", "Second", "Difference", "Relative"):

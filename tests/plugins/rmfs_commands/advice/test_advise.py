@@ -20,6 +20,7 @@ from rmfs_commands.advice.answer import (
     more,
     sentences_of,
     share,
+    table_of,
     with_open_orders,
 )
 from rmfs_commands.advice.candidates import advice_experiment, lets_split
@@ -68,7 +69,12 @@ def test_the_busiest_hour_is_one_of_the_clock() -> None:
     over = ["instance.orders=200", DAY[0], f"instance.arrivals.profile={profile}", "instance.start=2026-01-05T03:30:00"]
     scenario = load_scenario("examples/small", over)
     of_hour = sum(5400 <= order.arrival_tick / 1000 < 9000 for order in make_instance(scenario).orders)
-    assert f"The busiest hour, from 05:00, is not among them: it has {of_hour} orders" in cut(scenario, 1).told[-1]
+    assert (
+        f"The busiest hour, from 05:00 on day 1, is not among them: it has {of_hour} orders"
+        in cut(scenario, 1).told[-1]
+    )
+    night = load_scenario("examples/small", [*over[:-1], "instance.start=2026-01-04T23:30:00"])
+    assert "The busiest hour, from 05:00 on day 2, is not among them" in cut(night, 1).told[-1]
 
 
 @cases(
@@ -235,7 +241,10 @@ def test_orders_that_a_horizon_leaves_open_count(small: Scenario) -> None:
     assert "*: of" not in caption(result)
     first = [row for row in result.rows if row["seed"] == result.rows[0]["seed"]]
     assert "Intervals: 95 %" in caption(result)
-    assert "Intervals" not in caption(evolve(result, rows=first))
+    few = evolve(result, rows=first)
+    assert "Intervals" not in caption(few)
+    for one, marked in ((result, True), (few, False)):  # a mark needs the sentence of the caption on it
+        assert any("*" in cell for cell in table_of(one, best_of_each(one)).columns[1].cells) == marked
 
 
 def test_orders_that_are_not_packed_count() -> None:

@@ -110,6 +110,24 @@ def test_dates_without_a_time_of_day(tmp_path, capsys, formats, days) -> None:
         assert (
             'Cancelled before they arrive: 2 orders: row 1 "7", row 2 "8"; they are cancelled as they arrive.' in told
         )
+        assert "a time of arrival" not in told
+    converted(tmp_path, "\n".join(("o,s,t", f"1,a,{days[0]}", f"2,a,{days[2]}")), "--force", *formats)
+    found = f'2 rows with a time of arrival that is a date alone: row 1 "{days[0]}", row 2 "{days[2]}"; --time-of-day'
+    assert f"Taken as 00:00 of the day: {found} names the column" in capsys.readouterr().out
+
+
+def test_a_table_whose_first_rows_alone_are_headers(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """As web shops export them; one table is then that of the headers, too."""
+    text = "o,s,t,c\n1,a,06:00,07:00\n1,b,,\n1,c,,\n2,a,06:05,\n2,c,,\n"
+    options = ["--cancelled", "c", "--time-format", "%H:%M", "--start", "06:00"]
+    table = str(tmp_path / "lines.csv")
+    assert refused(capsys, main, command(tmp_path, text, *options)).endswith(
+        "row 2, row 3, row 5; where only the first row of an order has it, --orders with this table, too, gives it to "
+        "the others; expected at most half, or --force\n"
+    )
+    kept = converted(tmp_path, text, *options, "--orders", table)
+    assert kept == ["1,0,a,1,3600", "1,0,b,1,3600", "1,0,c,1,3600", "2,300,a,1,", "2,300,c,1,"]
+    assert f"Read 2 headers of {table}, and 3 without any entry.\n" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("of_heads", [False, True])
@@ -148,7 +166,9 @@ def test_what_stock_cannot_serve_is_left_out(tmp_path: Path, capsys: pytest.Capt
         assert (tmp_path / "orders.csv").read_text(encoding="utf-8").splitlines()[1:] == kept
         written = (tmp_path / "left-out.csv").read_text(encoding="utf-8")
         assert written.splitlines() == ["order,sku,quantity,reason", *left]
-    assert "Left out for lack of stock: 3 lines of 3 orders, 7 items of 2 SKUs; " in capsys.readouterr().out
+        told = capsys.readouterr().out
+        assert f"Left out: {'2 orders' if whole else '1 order'} with no line that stock can serve.\n" in told
+    assert "Left out for lack of stock: 3 lines of 3 orders, 7 items of 2 SKUs; " in told
     assert rmfs_core.run(tmp_path / "scenario.toml").status == "complete"
 
 
@@ -264,6 +284,11 @@ def test_opening_hours(tmp_path: Path, capsys: pytest.CaptureFixture[str], zone:
         "o,s,t,d\n1,a,2024-03-01,500\n",
         "--due d",
         f"lines.csv, row 1, d: found seconds where the rows before have {DATES}; expected one kind of time\n",
+    ),
+    (
+        "o,s,t,d\n1,a,2024-03-01T06:00,20240302\n",
+        "--due d",
+        'numbers such as "20240302" may be dates as YYYYMMDD: --time-format %Y%m%d --time-format iso\n',
     ),
     ("o,s,q\n1,a,1.000\n", "--quantity q", 'lines.csv, row 1, q: found "1.000", which may be 1 or 1000; expected'),
     ('o,s,p\n1,a,"1,000"\n', "--priority p", 'lines.csv, row 1, p: found "1,000", which may be 1000 or 1; expected'),
@@ -522,6 +547,7 @@ def test_what_is_left_out_of_orders(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert 'Left out: 1 row with more than 1,000,000 items in a line: row 1 "1,200,000".' in told
     late = "more than ten years after time 0 (2024-03-02T00:00:00; --from leaves out what is earlier)"
     assert f'Left out: 1 row with a time {late}: row 4 "2034-04-01T00:00:00".' in told
+    assert "Left out: 2 orders with no row that is kept.\n" in told
 
 
 def test_what_cannot_be_read_is_left_empty(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -125,6 +125,23 @@ def test_each_row_left_out_has_its_reason(tmp_path: Path, capsys: pytest.Capture
     ]
 
 
+@cases(
+    "start zone warning",
+    ("2024-03-01T06:00", "", ""),
+    ("2024-03-01", "", 'has `instance.start` = "2024-03-01T00:00:00"; expected "2024-03-01T06:00:00"'),
+    ("", "", 'has no `instance.start`; expected "2024-03-01T06:00:00"'),
+    ("2024-03-01T06:00+01:00", "", ""),  # the table may lack the offset that the scenario has
+    ("2024-03-01T06:00+01:00", "--zone UTC", 'expected "2024-03-01T06:00:00+00:00"'),
+)
+def test_a_scenario_that_stays_with_another_time_0_is_warned_of(tmp_path, capsys, start, zone, warning) -> None:
+    out = convert(tmp_path, *(["--start", start] if start else []))
+    (tmp_path / "lines.csv").write_text("o,s,t\n1,tea,2024-03-01T07:00\n", encoding="utf-8")
+    columns = f"--order o --sku s --time t --start 2024-03-01T06:00 {zone} --out {out}"
+    main(["convert", "orders", str(tmp_path / "lines.csv"), *columns.split()])
+    told = capsys.readouterr().err
+    assert warning in told if warning else not told
+
+
 def test_time_0_of_orders_with_dates_is_given(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = convert(tmp_path)
     assert "Its time 0 is a midnight; for orders with dates, give --start" in capsys.readouterr().out

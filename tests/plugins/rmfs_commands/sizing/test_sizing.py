@@ -248,6 +248,9 @@ def test_what_can_be_asked_of_a_limit(poisson: Scenario) -> None:
     for metric in FROM_ORDERS:
         with pytest.raises(InputError, match=f"`{metric}` is the same for every number of robots"):
             Target(metric, 2).check(orders)
+    for metric in ("cost_total", "cost_per_order", "cost_robots_per_order", "cost_packers_per_order"):
+        with pytest.raises(InputError, match=f"more robots or packers raise `{metric}`; expected one .* costs least"):
+            Target(metric, 2).check(orders)
     Target("turnover_p95_s", 2).check(orders)
     Target("my_waits", 2).check(orders)
     for metric in ("turnover_p95_s", "late_percent", "stock_outs"):

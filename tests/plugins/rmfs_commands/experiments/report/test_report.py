@@ -483,6 +483,16 @@ def test_metrics_and_what_differs(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert f"{folders[0]}: orders are those of a real day" in " ".join(capsys.readouterr().out.split())
 
 
+def test_what_the_summary_of_a_run_shows_is_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    over = ["instance.orders=3", "instance.due.allowance_s=60", "costs.picker_per_h=1", "packing.stations=1"]
+    rmfs_core.run(load_scenario("examples/small", over), out=tmp_path / "one")
+    assert exit_code("compare", *[str(tmp_path / "one")] * 2) == 0
+    shown = capsys.readouterr().out
+    for label in ("Turn-over time (s)", "Late orders", "Time to packed (s)", "Cost per order", "  pickers"):
+        assert f" {label} " in shown
+    assert "Energy" not in shown
+
+
 def test_another_seed_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert exit_code("compare", *runs(tmp_path, "seed=9")) == 0
     told = " ".join(capsys.readouterr().out.split())
