@@ -231,9 +231,18 @@ class Floor(Simulation):
             self.env.step()
         self.warehouse.advance(tick)
         for kind, at in self.waits:
-            station = self.warehouse.stations[at] if kind == "release" else None
-            if station is not None and self.warehouse.picker_free(station) <= tick:
-                self.warehouse.occupy_picker(station, tick + 1, tick)  # no other item is begun before this is handled
+            if kind == "release":
+                self._keep_in_hand(self.warehouse.stations[at])
+
+    def _keep_in_hand(self, station: Station) -> None:
+        """Let no other item be begun before the one in hand is handled, however long that takes."""
+        if self.warehouse.picker_free(station) <= self.now:
+            self.warehouse.occupy_picker(station, self.now + 1, self.now)
+
+    def picked(self, robot: Robot) -> None:
+        """Let an item be picked from the pod that a robot holds in front of a picker, and be in hand."""
+        self._keep_in_hand(next(station for station in self.warehouse.stations if robot in station.line[:1]))
+        self.happens("pick", robot.id)
 
     def _after(self, ticks: int, going: Going | None = None) -> simpy.Event:
         if going is None or going.kind not in AWAITED:

@@ -195,7 +195,7 @@ class Handling:
         if (order, sku) != expected:
             told = f'SKU "{expected[1]}" for order "{expected[0]}"'
             raise ContradictionError(f'from pod "{pod}" {told} is to be picked', ("order", order), ("pod", pod))
-        self._floor.happens("pick", robot.id)
+        self._floor.picked(robot)
 
     def _handled(self, station: str) -> None:
         at: Station = self._named("station", station)
@@ -208,8 +208,11 @@ class Handling:
             self._trust("pod", pod)
             return True
         self._awaited(robot, "set", f'pod "{pod}" is not to be set down now', pod)
-        if robot.cell != cell:
-            raise ContradictionError(f'pod "{pod}" is to be set down in cell {robot.cell}, not {cell}', ("pod", pod))
+        goal = self._floor.stories[robot.id][2]
+        if goal != cell:
+            raise ContradictionError(f'pod "{pod}" is to be set down in cell {goal}, not {cell}', ("pod", pod))
+        if robot.cell != goal:  # a late fact had it elsewhere
+            self._floor.drive(robot, goal, robot.heading)
         self._floor.happens("set", robot.id)
         return False
 

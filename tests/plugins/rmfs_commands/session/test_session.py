@@ -298,7 +298,7 @@ class FoundError(Exception):
     """Ends a floor's day."""
 
 
-def until(session: Hall, kind: str, orders: int = 12) -> Mapping[str, Any]:
+def until(session: Hall, kind: str, orders: int = 12, items: int = 1) -> Mapping[str, Any]:
     """Run a floor until a kind of command is given, and return that."""
 
     def take(batch: dict[str, Any]) -> Mapping[str, Any]:
@@ -309,7 +309,7 @@ def until(session: Hall, kind: str, orders: int = 12) -> Mapping[str, Any]:
 
     hall = OwnHall(take, session.state)
     skus = sorted({sku for held in hall.stock.values() for sku in held})
-    arrive = [hall.order(f"o{i}", {skus[i]: 1, skus[-i - 1]: 1}) for i in range(orders)]
+    arrive = [hall.order(f"o{i}", {skus[i]: items, skus[-i - 1]: items}) for i in range(orders)]
     hall.at(1, lambda: iter(arrive))
     with pytest.raises(FoundError) as found:
         hall.run()
@@ -543,6 +543,26 @@ def test_every_order_in_stock_is_done(name: str, seed: int, tmp_path: Path, monk
     recording = read_recording(tmp_path / "day")
     asked = [one for one in recording if one.decides.label in ("PPS", "PR") and one.decision is not None][9::9]
     assert [decide(one.state(), recording.choice_of(one)).decision for one in asked] == [one.decision for one in asked]
+
+
+def test_an_item_that_took_long_to_pick_is_handled_before_the_next_is_picked(session: Hall) -> None:
+    pick = until(session, "pick_next", 2, items=2)
+    picked = {"kind": "picked", **{name: pick[name] for name in ("pod", "order", "sku")}}
+    assert tell(session, picked, seconds=30)["commands"] == []
+    assert "is not handled yet" in tell(session, picked, seconds=5)["dropped"][0]["problem"]
+    handled, unlocked = {"kind": "handled", "station": pick["station"]}, {"kind": "pod_unlocked", "pod": pick["pod"]}
+    again = [one for one in tell(session, unlocked, handled)["commands"] if one["kind"] == "pick_next"]
+    assert again == [pick | {"command": again[0]["command"]}]
+
+
+def test_a_pod_stands_where_it_was_to_be_stored_wherever_its_robot_was_last_told_to_be(session: Hall) -> None:
+    store = until(session, "store")
+    there, late = ({"kind": "robot_at", "robot": store["robot"], "cell": cell} for cell in (store["cell"], 0))
+    stored = {"kind": "pod_stored", "pod": store["pod"], "cell": store["cell"]}
+    assert "is to be set down in cell" in tell(session, there, late, stored | {"cell": 0})["dropped"][0]["problem"]
+    assert tell(session, stored)["dropped"] == []
+    state = session.state
+    assert state["pods"][store["pod"]]["cell"] == state["robots"][store["robot"]]["cell"] == store["cell"]
 
 
 @cases("kind concerns", *((kind, what) for kind, (_, what) in BACK.items() if kind not in ("go_on", "move_robot")))
