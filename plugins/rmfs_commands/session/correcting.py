@@ -63,7 +63,7 @@ class CorrectedFloor(Floor):
         if pod.id in self.locked:
             return
         held, space = dict(pod.contents), pod.free_space
-        kept = space if space < UNLIMITED else 0
+        kept = max(space, 0) if space < UNLIMITED else 0
         self.locked[pod.id] = held, kept
         self.warehouse.unlimited_stock = False
         self._count(pod, dict.fromkeys(held, 0), space - kept)
@@ -304,6 +304,8 @@ class CorrectedFloor(Floor):
         if robot not in station.line:
             self.warehouse.join_line(robot, station)
         self.warehouse.leave(robot, pod, station)
+        if any(bundle.station == station.id for bundle in pod.bundles):  # they have its space, and are stored later
+            self.warehouse.bind(pod, station)
 
     def _uncover(self, station: Station, which: Callable[[Request], bool]) -> None:
         """Take back what was promised to requests of a station."""

@@ -217,8 +217,12 @@ class Handling:
         return False
 
     def _bundle_arrived(self, bundle: str, sku: str, items: int) -> None:
-        if not self._floor.warehouse.storing:
+        warehouse = self._floor.warehouse
+        if not warehouse.storing:
             raise ContradictionError("no station stores bundles")
+        there = (*warehouse.bundles.values(), *(one for at in warehouse.storing for one in at.bundles))
+        if any(one.name == bundle for one in there):
+            raise ContradictionError(f'bundle "{bundle}" has arrived before, and is not stored yet')
         self._floor.bring(self._sku(sku), items, bundle)
 
     def _bundle_stored(self, pod: str, bundle: str) -> None:

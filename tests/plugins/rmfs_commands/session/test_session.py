@@ -565,6 +565,26 @@ def test_a_pod_stands_where_it_was_to_be_stored_wherever_its_robot_was_last_told
     assert state["pods"][store["pod"]]["cell"] == state["robots"][store["robot"]]["cell"] == store["cell"]
 
 
+def test_a_bundle_whose_pod_was_turned_back_is_stored_later_and_a_count_may_exceed_the_capacity() -> None:
+    session = Hall(load_scenario("examples/replenished"))
+    bundle = {"kind": "bundle_arrived", "bundle": "b", "sku": "1", "items": 3}
+    fetch = next(one for one in tell(session, bundle)["commands"] if one["kind"] == "fetch")
+    pod, robot = {"pod": fetch["pod"]}, {"robot": fetch["robot"]}
+    cell = session.state["pods"][fetch["pod"]]["cell"]
+    tell(session, {"kind": "robot_at", **robot, "cell": cell}, {"kind": "pod_lifted", **pod})
+    facts = {"kind": "robot_failed", **robot}, {"kind": "pod_stored", **pod, "cell": cell}, bundle
+    answer = tell(session, *facts)
+    again = [one for one in answer["commands"] if one["kind"] == "fetch"]
+    assert [(one["pod"], one["station"]) for one in again] == [(fetch["pod"], fetch["station"])]
+    assert [one["problem"] for one in answer["dropped"]] == ['bundle "b" has arrived before, and is not stored yet.']
+    held = dict.fromkeys(session.state["pods"][fetch["pod"]]["contents"], 10)
+    tell(session, {"kind": "stock", **pod, "contents": held}, {"kind": "pod_locked", **pod})
+    session.take({"after": session.seq, "state": json.loads(to_json(session.state))})
+    tell(session, {"kind": "pod_unlocked", **pod})
+    state = session.state
+    assert ([one["pod"] for one in state["bundles"]], state["pods"][fetch["pod"]]["capacity"]) == ([fetch["pod"]], 33)
+
+
 @cases("kind concerns", *((kind, what) for kind, (_, what) in BACK.items() if kind not in ("go_on", "move_robot")))
 def test_what_is_refused_is_taken_back(session: Hall, kind: str, concerns: str) -> None:
     command = until(session, kind, 2 if kind in ("fetch", "lift") else 12)
