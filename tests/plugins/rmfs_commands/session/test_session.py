@@ -502,6 +502,25 @@ def test_a_day_has_a_replenishment_station_that_the_floor_closed(journal: Path, 
     assert check_trace(tmp_path / "day").faults == []
 
 
+def test_a_day_has_orders_that_had_to_wait_again_and_parts_that_were_refused(journal: Path, tmp_path: Path) -> None:
+    session = Hall(scenario := scenario_of({"poa_pps": "split-over-time"}, pods=20, robots=4, blocks=3), journal)
+    closed, opened = ([{"kind": f"station_{what}", "station": one} for one in "12"] for what in ("closed", "opened"))
+    tell(session, *closed, {"kind": "order_arrived", "order": "A", "lines": {"1": 1}})
+    held = [pod for pod, told in session.state["pods"].items() if "1" in told["contents"]]
+    for counted in (0, 40):  # the order waits, and is in stock
+        tell(session, *({"kind": "short", "pod": pod, "sku": "1", "counted": counted} for pod in held), seconds=10)
+    tell(session, *opened)
+    lines = {f"{sku}": 1 for sku in range(2, 9)}
+    commands = tell(session, {"kind": "order_arrived", "order": "B", "lines": lines}, seconds=100)["commands"]
+    parts = [one for one in commands if one["kind"] == "assign" and one["order"] == "B"]
+    assert len(parts) > 1
+    tell(session, {"kind": "command_refused", "command": parts[0]["command"], "why": "no"})
+    tell(session, {"kind": "order_back", "order": "B"}, seconds=100)
+    session.close()
+    day = run_day(scenario, journal, tmp_path / "day", ("trace",))
+    assert (day.metrics["backlog_end"], check_trace(tmp_path / "day").faults) == (0, [])
+
+
 def test_a_hall_with_packing_stations_takes_no_state() -> None:
     session = Hall(load_scenario("examples/packing"))
     tell(session)
