@@ -91,6 +91,7 @@ class _Noting(Hall):
     def _command_refused(self, command: int, why: str) -> bool:
         given = self._given.get(command, {})
         changed = super()._command_refused(command, why)
+        self._corrects()
         if given["kind"] == "assign":
             order, station = self._orders[given["order"]], self._by_name["station"][given["station"]]
             self.refused.add(part := (order.id, station.id, given["part"]))

@@ -521,6 +521,21 @@ def test_a_day_has_orders_that_had_to_wait_again_and_parts_that_were_refused(jou
     assert (day.metrics["backlog_end"], check_trace(tmp_path / "day").faults) == (0, [])
 
 
+def test_a_day_has_a_move_that_was_refused(journal: Path, tmp_path: Path) -> None:
+    rules = {"poa": "pod-match", "pps": "demand", "move": "utility"}
+    session = Hall(scenario := scenario_of(rules), journal)
+    move = until(session, "move_pod")
+    robot, pod = {"robot": move["robot"]}, {"pod": move["pod"]}
+    tell(session, {"kind": "robot_at", **robot, "cell": session.state["pods"][move["pod"]]["cell"]})
+    refused = {"kind": "command_refused", "command": move["command"], "why": "no"}
+    store = tell(session, {"kind": "pod_lifted", **pod}, refused, seconds=9)["commands"][-1]
+    there = {"kind": "robot_at", **robot, "cell": store["cell"]}, {"kind": "pod_stored", **pod, "cell": store["cell"]}
+    assert tell(session, *there, seconds=9)["dropped"] == []
+    session.close()
+    run_day(scenario, journal, tmp_path / "day", ("trace",))
+    assert check_trace(tmp_path / "day").faults == []
+
+
 def test_a_hall_with_packing_stations_takes_no_state() -> None:
     session = Hall(load_scenario("examples/packing"))
     tell(session)
