@@ -617,6 +617,8 @@ def test_a_bundle_whose_pod_was_turned_back_is_stored_later_and_a_count_may_exce
     session.take({"after": session.seq, "state": json.loads(to_json(session.state))})
     tell(session, {"kind": "pod_unlocked", **pod})
     state = session.state
+    with pytest.raises(InputError, match='skus: names SKU "", of which the scenario has no size'):
+        session.take({"after": session.seq, "state": json.loads(to_json(state)) | {"skus": [""]}})
     assert ([one["pod"] for one in state["bundles"]], state["pods"][fetch["pod"]]["capacity"]) == ([fetch["pod"]], 33)
 
 
