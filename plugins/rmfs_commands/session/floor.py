@@ -126,11 +126,16 @@ class FloorDriving(Driving):
 
 
 class FloorHours(Hours):
-    """Opening hours of a floor (`Floor`), some of whose stations are closed whatever these say."""
+    """Opening hours of a floor (`Floor`), some of whose stations are closed or open whatever these say."""
 
     def staffed(self, station: int) -> tuple[bool, int | None]:
         """Return whether a station is open now, and the tick at which that changes; None: when the floor says so."""
-        return (False, None) if station in self._run.closed else super().staffed(station)
+        staffed, until = super().staffed(station)
+        if staffed:  # from now on its timetable says when it closes
+            self._run.opened.discard(station)
+        if station in self._run.closed or station in self._run.opened:
+            return station in self._run.opened, None
+        return staffed, until
 
 
 class FloorBundles(Bundles):
@@ -192,6 +197,8 @@ class Floor(Simulation):
         self.supply = None if self.supply is None else FloorBundles(self)
         self.closed: set[int] = set()
         """Ids of stations that take no order, whatever their timetables say."""
+        self.opened: set[int] = set()
+        """Ids of stations that were opened outside of their hours, until these have them open."""
         self.driving = FloorDriving(self)
         self.context.after = self._after
         if rules.poa_pps is not None:  # it looks at no request that was covered once; this is asked where one is left
