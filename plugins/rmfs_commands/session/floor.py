@@ -356,9 +356,10 @@ class Floor(Simulation):
         yield from super()._lift(robot, pod, going)
 
     def store(self, robot: Robot, pod: Pod, cell: int, going: Going | None = None) -> Process:
-        """Have a pod carried to its storage location."""
+        """Have a pod carried to its storage location, unless that is abandoned."""
         self.command("store", robot=robot.id, pod=pod.id, cell=cell)
-        yield from super().store(robot, pod, cell, going)
+        with suppress(AbandonedError):
+            yield from super().store(robot, pod, cell, going)
 
     def _pick(self, request: Request, pod: Pod, station: Station, at: Going) -> Picking:
         if request.pod is not pod:  # it was taken back while the picker had another item in hand

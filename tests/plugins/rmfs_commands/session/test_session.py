@@ -610,6 +610,15 @@ def test_a_pod_stands_where_it_was_to_be_stored_wherever_its_robot_was_last_told
     assert state["pods"][store["pod"]]["cell"] == state["robots"][store["robot"]]["cell"] == store["cell"]
 
 
+def test_a_robot_that_stores_a_pod_in_a_state_that_was_put_back_may_fail(session: Hall) -> None:
+    store = until(session, "store")
+    session.take({"after": session.seq, "state": json.loads(to_json(session.state))})
+    failed = {"kind": "robot_failed", "robot": store["robot"]}
+    stored = {"kind": "pod_stored", "pod": store["pod"], "cell": store["cell"]}
+    assert tell(session, failed, stored)["dropped"] == []
+    assert session.state["pods"][store["pod"]]["cell"] == store["cell"]
+
+
 def test_a_bundle_whose_pod_was_turned_back_is_stored_later_and_a_count_may_exceed_the_capacity() -> None:
     session = Hall(load_scenario("examples/replenished"))
     bundle = {"kind": "bundle_arrived", "bundle": "b", "sku": "1", "items": 3}
