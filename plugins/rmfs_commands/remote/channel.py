@@ -66,6 +66,9 @@ class Command:
 
     def ask(self, request: bytes) -> bytes:
         """Return the program's next line."""
+        if further := self._further():
+            told = shown_short(further.decode(errors="replace").strip())
+            raise ImpossibleError(f"`{self._name}` said {told} after its last answer; expected a line a request")
         self._asked = True
         answer = self._exchanging.submit(self._exchange, request)
         try:
@@ -79,6 +82,16 @@ class Command:
         if not line.endswith(b"\n"):
             raise ImpossibleError(self._ended(line))
         return line
+
+    def _further(self) -> bytes:
+        """Return what the program has said that nobody asked for, where the system shows that without waiting."""
+        assert self._process.stdout is not None
+        if not hasattr(os, "set_blocking"):
+            return b""
+        os.set_blocking(self._process.stdout.fileno(), False)
+        found: bytes = self._process.stdout.peek()  # type: ignore[attr-defined]
+        os.set_blocking(self._process.stdout.fileno(), True)
+        return found
 
     def _exchange(self, request: bytes) -> bytes:
         assert self._process.stdin is not None

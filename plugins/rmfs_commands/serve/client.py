@@ -8,6 +8,7 @@ import urllib.error
 import urllib.request
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
+from urllib.parse import quote
 
 
 class HallError(Exception):
@@ -42,7 +43,7 @@ class HallClient:
     """
 
     def __init__(self, url: str, hall: str, tries: int = 60) -> None:
-        self._url, self._tries = f"{url.rstrip('/')}/v1/halls/{hall}", tries
+        self._url, self._tries = f"{url.rstrip('/')}/v1/halls/{quote(hall)}", tries
         self.seq = 0
 
     def make(self, scenario: Mapping[str, Any]) -> None:

@@ -172,7 +172,11 @@ class RuleProcess:
             async with asyncio.timeout(self.limit_s):
                 process.stdin.write(message(0, content))
                 await process.stdin.drain()
-                return Reply(*await _receive(process))
+                status, content = await _receive(process)
+            while status == WARMING:  # a hall whose batch failed takes its journal again, and says so batch by batch
+                async with asyncio.timeout(self.limit_s):
+                    status, content = await _receive(process)
+            return Reply(status, content)
         except BaseException as error:  # an answer that still came would be taken for the next request's
             self._process = None
             _kill(process)

@@ -63,7 +63,7 @@ class CorrectedFloor(Floor):
         if pod.id in self.locked:
             return
         held, space = dict(pod.contents), pod.free_space
-        kept = space if space < UNLIMITED else 0
+        kept = max(space, 0) if space < UNLIMITED else 0
         self.locked[pod.id] = held, kept
         self.warehouse.unlimited_stock = False
         self._count(pod, dict.fromkeys(held, 0), space - kept)
@@ -189,8 +189,9 @@ class CorrectedFloor(Floor):
         """Let a station take no order, or again: until its timetable closes it, where that has it open."""
         was_open = station.open
         (self.closed.add if closed else self.closed.discard)(station.id)
-        staffed, until = self.shifts.staffed(station.id) if station.id in self.hours else (False, None)
-        self.warehouse.staff(station, not closed, until if staffed else None)
+        (self.opened.discard if closed else self.opened.add)(station.id)
+        timed = station.id in self.hours
+        self.warehouse.staff(station, *(self.shifts.staffed(station.id) if timed else (not closed, None)))
         if station in self.warehouse.picking:  # observers hear of no hours of the others, which take no orders
             tell_open(self.warehouse, station, was_open, self._tell)
 
@@ -304,6 +305,8 @@ class CorrectedFloor(Floor):
         if robot not in station.line:
             self.warehouse.join_line(robot, station)
         self.warehouse.leave(robot, pod, station)
+        if any(bundle.station == station.id for bundle in pod.bundles):  # they have its space, and are stored later
+            self.warehouse.bind(pod, station)
 
     def _uncover(self, station: Station, which: Callable[[Request], bool]) -> None:
         """Take back what was promised to requests of a station."""

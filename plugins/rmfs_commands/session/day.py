@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -90,6 +91,7 @@ class _Noting(Hall):
     def _command_refused(self, command: int, why: str) -> bool:
         given = self._given.get(command, {})
         changed = super()._command_refused(command, why)
+        self._corrects()
         if given["kind"] == "assign":
             order, station = self._orders[given["order"]], self._by_name["station"][given["station"]]
             self.refused.add(part := (order.id, station.id, given["part"]))
@@ -147,14 +149,27 @@ class _Telling(Hall):
 
     def _corrected_of(self, tell: Callable[[events.Event], None]) -> Callable[[events.Event], None]:
         """Return what tells events as they turned out."""
-        handled, refused = iter(self._noted.handled), self._noted.refused
+        handled, refused, orders = iter(self._noted.handled), self._noted.refused, self._noted.orders
+        late, assigned = set[int](), defaultdict[int, set[int]](set)
 
         def told(event: events.Event) -> None:
-            if isinstance(event, events.ItemPicked):
-                event = evolve(event, picker_free_tick=next(handled))
-            if isinstance(event, events.OrderAssigned) and (event.order, event.station, event.period) in refused:
-                self.on_event(event)  # the session gave a command, and took it back
-                self._floor.corrected[0].add(event.order)
+            left_out = False
+            match event:
+                case events.ItemPicked():
+                    event = evolve(event, picker_free_tick=next(handled))
+                case events.OrderArrived() if self._floor.book[event.order].waits_for_stock:
+                    late.add(event.order)
+                case events.OrderInStock():  # of one that a count made wait again no event tells
+                    left_out = event.order not in late
+                    late.discard(event.order)
+                case events.OrderAssigned() if (event.order, event.station, event.period) in refused:
+                    left_out = True  # the session gave a command, and took it back
+                case events.OrderAssigned():
+                    assigned[event.order].update(event.skus)
+                    event = evolve(event, complete=len(assigned[event.order]) == len(orders[event.order].lines))
+            if left_out:
+                self.on_event(event)
+                self._floor.corrected[0].add(event.order)  # type: ignore[attr-defined]
                 self._floor.tell_corrected()
             elif isinstance(event, events.RobotMoved):
                 for leg in _straight(event, self._layout.width):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from itertools import islice
 from typing import Any, NamedTuple
@@ -155,12 +156,19 @@ def batch_of(data: Any) -> Batch:
         has, may = FACTS[kind]
         _check(place, given, {"id": TEXT, "kind": TEXT, **has}, may)
         fields = {name: value for name, value in given.items() if name in has or name in may}
-        facts.append(Fact(given["id"], kind, fields, _own(given)))
-    return Batch(data["after"], to_ticks(float(data["time_s"])), facts, _own(data))
+        facts.append(Fact(given["id"], kind, fields, own_of(place, given)))
+    return Batch(data["after"], to_ticks(float(data["time_s"])), facts, own_of("batch", data))
 
 
-def _own(given: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in given.items() if name.startswith(OWN)}
+def own_of(place: str, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the caller's own fields of a batch or fact, which are to come back as they are."""
+    own = {name: value for name, value in given.items() if name.startswith(OWN)}
+    for name, value in own.items():
+        try:
+            json.dumps(value, allow_nan=False)
+        except ValueError:
+            raise InputError(f"{place}.{name[:40]}", "has a number that is not finite; expected JSON") from None
+    return own
 
 
 _EVENTS = Kind(

@@ -126,11 +126,16 @@ class FloorDriving(Driving):
 
 
 class FloorHours(Hours):
-    """Opening hours of a floor (`Floor`), some of whose stations are closed whatever these say."""
+    """Opening hours of a floor (`Floor`), some of whose stations are closed or open whatever these say."""
 
     def staffed(self, station: int) -> tuple[bool, int | None]:
         """Return whether a station is open now, and the tick at which that changes; None: when the floor says so."""
-        return (False, None) if station in self._run.closed else super().staffed(station)
+        staffed, until = super().staffed(station)
+        if staffed:  # from now on its timetable says when it closes
+            self._run.opened.discard(station)
+        if station in self._run.closed or station in self._run.opened:
+            return station in self._run.opened, None
+        return staffed, until
 
 
 class FloorBundles(Bundles):
@@ -192,6 +197,8 @@ class Floor(Simulation):
         self.supply = None if self.supply is None else FloorBundles(self)
         self.closed: set[int] = set()
         """Ids of stations that take no order, whatever their timetables say."""
+        self.opened: set[int] = set()
+        """Ids of stations that were opened outside of their hours, until these have them open."""
         self.driving = FloorDriving(self)
         self.context.after = self._after
         if rules.poa_pps is not None:  # it looks at no request that was covered once; this is asked where one is left
@@ -231,9 +238,18 @@ class Floor(Simulation):
             self.env.step()
         self.warehouse.advance(tick)
         for kind, at in self.waits:
-            station = self.warehouse.stations[at] if kind == "release" else None
-            if station is not None and self.warehouse.picker_free(station) <= tick:
-                self.warehouse.occupy_picker(station, tick + 1, tick)  # no other item is begun before this is handled
+            if kind == "release":
+                self._keep_in_hand(self.warehouse.stations[at])
+
+    def _keep_in_hand(self, station: Station) -> None:
+        """Let no other item be begun before the one in hand is handled, however long that takes."""
+        if self.warehouse.picker_free(station) <= self.now:
+            self.warehouse.occupy_picker(station, self.now + 1, self.now)
+
+    def picked(self, robot: Robot) -> None:
+        """Let an item be picked from the pod that a robot holds in front of a picker, and be in hand."""
+        self._keep_in_hand(next(station for station in self.warehouse.stations if robot in station.line[:1]))
+        self.happens("pick", robot.id)
 
     def _after(self, ticks: int, going: Going | None = None) -> simpy.Event:
         if going is None or going.kind not in AWAITED:
@@ -340,9 +356,10 @@ class Floor(Simulation):
         yield from super()._lift(robot, pod, going)
 
     def store(self, robot: Robot, pod: Pod, cell: int, going: Going | None = None) -> Process:
-        """Have a pod carried to its storage location."""
+        """Have a pod carried to its storage location, unless that is abandoned."""
         self.command("store", robot=robot.id, pod=pod.id, cell=cell)
-        yield from super().store(robot, pod, cell, going)
+        with suppress(AbandonedError):
+            yield from super().store(robot, pod, cell, going)
 
     def _pick(self, request: Request, pod: Pod, station: Station, at: Going) -> Picking:
         if request.pod is not pod:  # it was taken back while the picker had another item in hand

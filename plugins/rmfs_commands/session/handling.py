@@ -195,7 +195,7 @@ class Handling:
         if (order, sku) != expected:
             told = f'SKU "{expected[1]}" for order "{expected[0]}"'
             raise ContradictionError(f'from pod "{pod}" {told} is to be picked', ("order", order), ("pod", pod))
-        self._floor.happens("pick", robot.id)
+        self._floor.picked(robot)
 
     def _handled(self, station: str) -> None:
         at: Station = self._named("station", station)
@@ -208,14 +208,21 @@ class Handling:
             self._trust("pod", pod)
             return True
         self._awaited(robot, "set", f'pod "{pod}" is not to be set down now', pod)
-        if robot.cell != cell:
-            raise ContradictionError(f'pod "{pod}" is to be set down in cell {robot.cell}, not {cell}', ("pod", pod))
+        goal = self._floor.stories[robot.id][2]
+        if goal != cell:
+            raise ContradictionError(f'pod "{pod}" is to be set down in cell {goal}, not {cell}', ("pod", pod))
+        if robot.cell != goal:  # a late fact had it elsewhere
+            self._floor.drive(robot, goal, robot.heading)
         self._floor.happens("set", robot.id)
         return False
 
     def _bundle_arrived(self, bundle: str, sku: str, items: int) -> None:
-        if not self._floor.warehouse.storing:
+        warehouse = self._floor.warehouse
+        if not warehouse.storing:
             raise ContradictionError("no station stores bundles")
+        there = (*warehouse.bundles.values(), *(one for at in warehouse.storing for one in at.bundles))
+        if any(one.name == bundle for one in there):
+            raise ContradictionError(f'bundle "{bundle}" has arrived before, and is not stored yet')
         self._floor.bring(self._sku(sku), items, bundle)
 
     def _bundle_stored(self, pod: str, bundle: str) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from attrs import frozen
 
-from rmfs_commands.session.facts import OWN
+from rmfs_commands.session.facts import own_of
 from rmfs_commands.states.beginning import Begun, begin
 from rmfs_commands.states.state_json import state_from_dict
 from rmfs_core.errors import InputError
@@ -69,7 +69,7 @@ def replacement_of(data: Mapping[str, Any], scenario: Scenario, instance: Instan
     if scenario.packing is not None:
         problem = "a hall with packing stations takes no state, for what packers do cannot begin anew; expected facts"
         raise InputError(PLACE, problem)
-    own = {name: value for name, value in data.items() if name.startswith(OWN)}
+    own = own_of("batch", data)
     if unknown := [name for name in data if name not in ("after", "state", *own)]:
         raise InputError(f"batch.{unknown[0][:40]}", "is not a field of it; expected `after` and `state`")
     if not isinstance(data["state"], Mapping):

@@ -284,8 +284,8 @@ def _by_sku(
 ) -> tuple[tuple[int, ...], tuple[tuple[int, int], ...]]:
     """Return sizes and levels of SKUs; InputError where the scenario has some, but not of all that the state names."""
     ids = {sku: i for i, sku in enumerate(instance.skus)}
-    if (instance.sizes or instance.levels) and (unknown := next((sku for sku in skus if sku not in ids), None)):
-        names.wrong(("skus",), f'names SKU "{unknown}", of which the scenario has no size or reorder point')
+    if (instance.sizes or instance.levels) and (unknown := [sku for sku in skus if sku not in ids]):
+        names.wrong(("skus",), f'names SKU "{unknown[0]}", of which the scenario has no size or reorder point')
     of = [ids[sku] for sku in skus] if instance.sizes or instance.levels else []
     return tuple(instance.sizes[i] for i in of if instance.sizes), tuple(
         instance.levels[i] for i in of if instance.levels

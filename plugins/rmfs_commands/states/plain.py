@@ -141,7 +141,8 @@ class PodMemento:
     def of(cls, pod: Pod, home: int) -> PodMemento:
         """Return what a pod is now."""
         contents = tuple((sku, None if n >= UNLIMITED else n) for sku, n in pod.contents.items())
-        return cls(PodData(pod.name, contents), pod.location, home, pod.bound_for, pod.capacity)
+        capacity = pod.capacity + max(-pod.free_space, 0)  # more than that was counted on it
+        return cls(PodData(pod.name, contents), pod.location, home, pod.bound_for, capacity)
 
 
 @frozen

@@ -162,7 +162,7 @@ def delays_of(trace: Trace) -> list[Row]:
     columns = (*((WAITED,) if waits else ()), *(HANDLED if handled else PARTS))
     if charged := has_batteries(trace):
         columns = tuple("robot_s + pod_s" if name == "robot_s" else name for name in columns if name != "pod_s")
-    arrivals, joined, without = arrivals_of(trace), joined_at(trace), none_free(trace)
+    arrivals, joined, without = arrivals_of(trace), joined_at(trace) if waits else {}, none_free(trace)
     found: list[Row] = []
     for place, event in enumerate(trace.events):
         match event:

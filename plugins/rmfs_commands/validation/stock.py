@@ -90,8 +90,14 @@ class Claims:
 
 
 def joined_at(trace: Trace) -> dict[int, int]:
-    """Return when each order joined the backlog: with its arrival, or when there was enough in stock."""
+    """Return when each order joined the backlog: with its arrival, or when there was enough in stock.
+
+    What a floor counted is in no event: of a day with corrections, the orders that were told of waited until then.
+    """
     claims = Claims(trace) if lets_wait(trace) else None
+    told = {event.order: event.tick for event in trace.events if isinstance(event, OrderInStock)}
+    if trace.floor is not None and trace.floor["corrected_s"] is not None:
+        return {event.order: event.tick for event in trace.events if isinstance(event, OrderArrived)} | told
     found: dict[int, int] = {}
     for event in trace.events:
         if isinstance(event, OrderArrived):

@@ -103,6 +103,14 @@ def test_a_program_beside_the_scenario_decides(tmp_path: Path) -> None:
     assert (tmp_path / "first/visits.csv").read_bytes() == (tmp_path / "again/visits.csv").read_bytes()
 
 
+def test_a_program_that_says_more_than_its_answer_is_found_at_the_next_question(tmp_path: Path) -> None:
+    (tmp_path / "homes.py").write_text(PROGRAM.replace(", flush=True)", " + '\\n' + 'one more', flush=True)"))
+    scenario = tmp_path / "tiny.toml"
+    scenario.write_text(TINY + f"pr = {{ rule = 'remote', command = '{sys.executable}', file = 'homes.py' }}")
+    with pytest.raises(RuleError, match=r"said 'one more' after its last answer; expected a line"):
+        rmfs.run(rmfs.load_scenario(scenario))
+
+
 WAVES = """
 import json, sys
 for line in sys.stdin:

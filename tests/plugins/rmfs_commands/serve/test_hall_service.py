@@ -16,6 +16,7 @@ from typing import Any
 import jsonschema
 import pytest
 
+from bad_rules import write_rule
 from calling import refused
 from cases import cases
 from hall_trial import RULES, OwnHall, scenario_of
@@ -170,6 +171,23 @@ def test_what_cannot_be_made(tmp_path: Path, hall: str, content: bytes, status: 
     reply = asyncio.run(HallProcesses((), str(tmp_path), None).make(hall, content))
     assert reply.status == status
     assert detail in json.loads(reply.content)["detail"]
+
+
+def test_a_batch_that_fails_is_answered_once_whatever_is_in_the_journal(tmp_path: Path) -> None:
+    write_rule(tmp_path, "poa", "assert all(one.name != 'bad' for one in warehouse.backlog); return []")
+    text = SMALL.read_text().replace('poa = "pod-match"', 'poa = "./bad.py:Bad"')
+    (tmp_path / "hall.toml").write_text(text)
+
+    async def asked() -> list[Any]:
+        halls = HallProcesses([f"a={tmp_path}/hall.toml"], str(tmp_path), None)
+        await halls.start()
+        told = [{"after": n, "time_s": n, "events": [arrived("bad" if n == 3 else f"{n}")]} for n in (0, 1, 2, 3)]
+        replies = [await halls.ask("a", json.dumps(batch).encode()) for batch in told]
+        replies.append(await halls.ask("a", {"get": "seq"}))
+        await halls.stop()
+        return [(reply.status, json.loads(reply.content).get("seq")) for reply in replies]
+
+    assert asyncio.run(asked()) == [(200, 1), (200, 2), (200, 3), (500, None), (200, 3)]
 
 
 @cases(

@@ -215,6 +215,7 @@ def batch_of(**event: Any) -> dict[str, Any]:
     (batch_of(kind="short"), "events.0.pod: is missing"),
     (batch_of(kind="pod_liftet"), "did you mean `pod_lifted`"),
     (batch_of(kind="handled", station=1), "events.0.station: found 1"),
+    (batch_of(**{"kind": "handled", "station": "1", "x-weight": [float("inf")]}), "events.0.x-weight: has a number"),
     (batch_of(kind="handled", station="1", pod="1"), "is not a field"),
 )
 def test_a_batch_is_taken_whole_or_not_at_all(small: Told, batch: Any, problem: str) -> None:
@@ -298,7 +299,7 @@ class FoundError(Exception):
     """Ends a floor's day."""
 
 
-def until(session: Hall, kind: str, orders: int = 12) -> Mapping[str, Any]:
+def until(session: Hall, kind: str, orders: int = 12, items: int = 1) -> Mapping[str, Any]:
     """Run a floor until a kind of command is given, and return that."""
 
     def take(batch: dict[str, Any]) -> Mapping[str, Any]:
@@ -309,7 +310,7 @@ def until(session: Hall, kind: str, orders: int = 12) -> Mapping[str, Any]:
 
     hall = OwnHall(take, session.state)
     skus = sorted({sku for held in hall.stock.values() for sku in held})
-    arrive = [hall.order(f"o{i}", {skus[i]: 1, skus[-i - 1]: 1}) for i in range(orders)]
+    arrive = [hall.order(f"o{i}", {skus[i]: items, skus[-i - 1]: items}) for i in range(orders)]
     hall.at(1, lambda: iter(arrive))
     with pytest.raises(FoundError) as found:
         hall.run()
@@ -448,6 +449,16 @@ def test_a_station_that_the_floor_closed_stays_so_when_its_timetable_opens_it(jo
     assert told == [("station_closed", 100), ("station_opened", 800)]
 
 
+def test_a_station_that_the_floor_opened_outside_its_hours_stays_open_until_these_close_it() -> None:
+    opens = 'stations.open={1=[["00:00", "00:05"], ["00:20", "00:30"]], 2=[["00:00", "00:10"]]}'
+    session = Hall(load_scenario(EXAMPLES / "small.toml", (opens,)))
+    tell(session, seconds=400)
+    tell(session, {"kind": "station_opened", "station": "1"})
+    states = [(tell(session, seconds=seconds), session.state["stations"]["1"])[1] for seconds in (300, 600, 600)]
+    assert [one.get("staffed", True) for one in states] == [True, True, False]
+    assert [one.get("changes_s") for one in states] == [None, 1800, 86400]
+
+
 def test_a_station_that_the_floor_closed_stays_so_in_a_state_that_is_put_back() -> None:
     session = Hall(load_scenario(EXAMPLES / "small.toml", OPENS))
     tell(session, seconds=400)
@@ -502,6 +513,40 @@ def test_a_day_has_a_replenishment_station_that_the_floor_closed(journal: Path, 
     assert check_trace(tmp_path / "day").faults == []
 
 
+def test_a_day_has_orders_that_had_to_wait_again_and_parts_that_were_refused(journal: Path, tmp_path: Path) -> None:
+    session = Hall(scenario := scenario_of({"poa_pps": "split-over-time"}, pods=20, robots=4, blocks=3), journal)
+    closed, opened = ([{"kind": f"station_{what}", "station": one} for one in "12"] for what in ("closed", "opened"))
+    tell(session, *closed, {"kind": "order_arrived", "order": "A", "lines": {"1": 1}})
+    held = [pod for pod, told in session.state["pods"].items() if "1" in told["contents"]]
+    for counted in (0, 40):  # the order waits, and is in stock
+        tell(session, *({"kind": "short", "pod": pod, "sku": "1", "counted": counted} for pod in held), seconds=10)
+    tell(session, *opened)
+    lines = {f"{sku}": 1 for sku in range(2, 9)}
+    commands = tell(session, {"kind": "order_arrived", "order": "B", "lines": lines}, seconds=100)["commands"]
+    parts = [one for one in commands if one["kind"] == "assign" and one["order"] == "B"]
+    assert len(parts) > 1
+    tell(session, {"kind": "command_refused", "command": parts[0]["command"], "why": "no"})
+    tell(session, {"kind": "order_back", "order": "B"}, seconds=100)
+    session.close()
+    day = run_day(scenario, journal, tmp_path / "day", ("trace",))
+    assert (day.metrics["backlog_end"], check_trace(tmp_path / "day").faults) == (0, [])
+
+
+def test_a_day_has_a_move_that_was_refused(journal: Path, tmp_path: Path) -> None:
+    rules = {"poa": "pod-match", "pps": "demand", "move": "utility"}
+    session = Hall(scenario := scenario_of(rules), journal)
+    move = until(session, "move_pod")
+    robot, pod = {"robot": move["robot"]}, {"pod": move["pod"]}
+    tell(session, {"kind": "robot_at", **robot, "cell": session.state["pods"][move["pod"]]["cell"]})
+    refused = {"kind": "command_refused", "command": move["command"], "why": "no"}
+    store = tell(session, {"kind": "pod_lifted", **pod}, refused, seconds=9)["commands"][-1]
+    there = {"kind": "robot_at", **robot, "cell": store["cell"]}, {"kind": "pod_stored", **pod, "cell": store["cell"]}
+    assert tell(session, *there, seconds=9)["dropped"] == []
+    session.close()
+    run_day(scenario, journal, tmp_path / "day", ("trace",))
+    assert check_trace(tmp_path / "day").faults == []
+
+
 def test_a_hall_with_packing_stations_takes_no_state() -> None:
     session = Hall(load_scenario("examples/packing"))
     tell(session)
@@ -543,6 +588,57 @@ def test_every_order_in_stock_is_done(name: str, seed: int, tmp_path: Path, monk
     recording = read_recording(tmp_path / "day")
     asked = [one for one in recording if one.decides.label in ("PPS", "PR") and one.decision is not None][9::9]
     assert [decide(one.state(), recording.choice_of(one)).decision for one in asked] == [one.decision for one in asked]
+
+
+def test_an_item_that_took_long_to_pick_is_handled_before_the_next_is_picked(session: Hall) -> None:
+    pick = until(session, "pick_next", 2, items=2)
+    picked = {"kind": "picked", **{name: pick[name] for name in ("pod", "order", "sku")}}
+    assert tell(session, picked, seconds=30)["commands"] == []
+    assert "is not handled yet" in tell(session, picked, seconds=5)["dropped"][0]["problem"]
+    handled, unlocked = {"kind": "handled", "station": pick["station"]}, {"kind": "pod_unlocked", "pod": pick["pod"]}
+    again = [one for one in tell(session, unlocked, handled)["commands"] if one["kind"] == "pick_next"]
+    assert again == [pick | {"command": again[0]["command"]}]
+
+
+def test_a_pod_stands_where_it_was_to_be_stored_wherever_its_robot_was_last_told_to_be(session: Hall) -> None:
+    store = until(session, "store")
+    there, late = ({"kind": "robot_at", "robot": store["robot"], "cell": cell} for cell in (store["cell"], 0))
+    stored = {"kind": "pod_stored", "pod": store["pod"], "cell": store["cell"]}
+    assert "is to be set down in cell" in tell(session, there, late, stored | {"cell": 0})["dropped"][0]["problem"]
+    assert tell(session, stored)["dropped"] == []
+    state = session.state
+    assert state["pods"][store["pod"]]["cell"] == state["robots"][store["robot"]]["cell"] == store["cell"]
+
+
+def test_a_robot_that_stores_a_pod_in_a_state_that_was_put_back_may_fail(session: Hall) -> None:
+    store = until(session, "store")
+    session.take({"after": session.seq, "state": json.loads(to_json(session.state))})
+    failed = {"kind": "robot_failed", "robot": store["robot"]}
+    stored = {"kind": "pod_stored", "pod": store["pod"], "cell": store["cell"]}
+    assert tell(session, failed, stored)["dropped"] == []
+    assert session.state["pods"][store["pod"]]["cell"] == store["cell"]
+
+
+def test_a_bundle_whose_pod_was_turned_back_is_stored_later_and_a_count_may_exceed_the_capacity() -> None:
+    session = Hall(load_scenario("examples/replenished"))
+    bundle = {"kind": "bundle_arrived", "bundle": "b", "sku": "1", "items": 3}
+    fetch = next(one for one in tell(session, bundle)["commands"] if one["kind"] == "fetch")
+    pod, robot = {"pod": fetch["pod"]}, {"robot": fetch["robot"]}
+    cell = session.state["pods"][fetch["pod"]]["cell"]
+    tell(session, {"kind": "robot_at", **robot, "cell": cell}, {"kind": "pod_lifted", **pod})
+    facts = {"kind": "robot_failed", **robot}, {"kind": "pod_stored", **pod, "cell": cell}, bundle
+    answer = tell(session, *facts)
+    again = [one for one in answer["commands"] if one["kind"] == "fetch"]
+    assert [(one["pod"], one["station"]) for one in again] == [(fetch["pod"], fetch["station"])]
+    assert [one["problem"] for one in answer["dropped"]] == ['bundle "b" has arrived before, and is not stored yet.']
+    held = dict.fromkeys(session.state["pods"][fetch["pod"]]["contents"], 10)
+    tell(session, {"kind": "stock", **pod, "contents": held}, {"kind": "pod_locked", **pod})
+    session.take({"after": session.seq, "state": json.loads(to_json(session.state))})
+    tell(session, {"kind": "pod_unlocked", **pod})
+    state = session.state
+    with pytest.raises(InputError, match='skus: names SKU "", of which the scenario has no size'):
+        session.take({"after": session.seq, "state": json.loads(to_json(state)) | {"skus": [""]}})
+    assert ([one["pod"] for one in state["bundles"]], state["pods"][fetch["pod"]]["capacity"]) == ([fetch["pod"]], 33)
 
 
 @cases("kind concerns", *((kind, what) for kind, (_, what) in BACK.items() if kind not in ("go_on", "move_robot")))
