@@ -164,9 +164,10 @@ class Packing:
             return {}
         packed = {i: order for i, order in self._orders.items() if order.packed >= 0}
         counted = {i: order for i, order in packed.items() if order.packed >= self._begin}
-        timed = [order.packed - self._arrived[i] for i, order in counted.items() if self._in_time(i)]
-        together = [order.parts[-1] - order.parts[0] for order in counted.values() if order.box is not None]
-        waits = [order.begun - order.ready for order in counted.values()]
+        own = {i: order for i, order in counted.items() if self._in_time(i)}
+        timed = [order.packed - self._arrived[i] for i, order in own.items()]
+        together = [order.parts[-1] - order.parts[0] for order in own.values() if order.box is not None]
+        waits = [order.begun - order.ready for order in own.values()]
         last = max([order.packed for order in packed.values()], default=0)
         every = len(packed) + len(self._cancelled) == len(self._data)
         return {

@@ -80,9 +80,10 @@ def recompute_packing(trace: Trace) -> dict[str, float | None]:
     after = [i for i, tick in done.items() if tick >= begin]
     there = {i for i in come if goes_on(trace) and done.get(i, begin) >= begin}  # not packed when the run began
     own = there | {i for i, tick in arrivals.items() if tick >= begin}
-    timed = [done[i] - arrivals[i] for i in after if i in own]
-    together = [times[i].come[-1] - times[i].come[0] for i in after if times[i].box is not None]
-    waits = [(times[i].begun or 0) - times[i].ready for i in after]
+    counted = [i for i in after if i in own]
+    timed = [done[i] - arrivals[i] for i in counted]
+    together = [times[i].come[-1] - times[i].come[0] for i in counted if times[i].box is not None]
+    waits = [(times[i].begun or 0) - times[i].ready for i in counted]
     steps = [*boxes_of(trace), (end, 0)]
     spans = [(max(a, begin), min(b, end), n) for (a, n), (b, _) in pairwise(steps)]
     spans = [(a, b, n) for a, b, n in spans if a < b]

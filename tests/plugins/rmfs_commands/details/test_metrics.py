@@ -1,5 +1,6 @@
 """Metrics and tables that every run leaves, and the figures in them that are worked out by hand."""
 
+import csv
 import json
 from collections.abc import Iterable
 from pathlib import Path
@@ -387,4 +388,16 @@ def test_a_picker_who_stores_a_bundle_after_closing_is_paid(tmp_path: Path, more
     rmfs_core.run("examples/replenished", overrides=[*BY_NIGHT, *more], out=tmp_path, record=["trace"])
     bundles = (tmp_path / "bundles.csv").read_text(encoding="utf-8").splitlines()[1:]
     assert any(float(row.split(",")[5] or 0) > 900 for row in bundles)
+    assert validate_trace(tmp_path) == []
+
+
+def test_times_of_packing_leave_out_orders_that_arrive_before_the_warm_up_ends(tmp_path: Path) -> None:
+    result = rmfs_core.run("examples/packing", overrides=[BUSY, "run.warmup_s=300"], out=tmp_path, record=["trace"])
+    with (tmp_path / "packing.csv").open(encoding="utf-8") as file:
+        packed = {row["order"]: row for row in csv.DictReader(file)}
+    rows = [packed[order["order"]] for order in result.orders if order["arrival_s"] >= 300]
+    together = [float(row["last_part_s"]) - float(row["first_part_s"]) for row in rows if row["box"]]
+    assert result.metrics["consolidation_s"] == pytest.approx(sum(together) / len(together))
+    waits = [float(row["packing_s"]) - float(row["last_part_s"]) for row in rows if not row["box"]]
+    assert 0 < len(waits) < len(rows) < sum(float(row["packed_s"]) >= 300 for row in packed.values())
     assert validate_trace(tmp_path) == []
