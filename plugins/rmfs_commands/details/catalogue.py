@@ -54,7 +54,7 @@ _GROUPS: dict[str, tuple[Metric, ...]] = {
         ),
     ),
     "Decisions": (
-        Metric("periods", "Periods", "", 0, "Times pick orders were assigned (POA or joint decisions)."),
+        Metric("periods", "Periods", "", 0, "Calls of the POA or joint rule, also those that assign nothing."),
         Metric(
             "solves_stopped_early", "Solves stopped early", "", 0, "Decisions that a limit ended before their proof."
         ),
@@ -303,7 +303,7 @@ PACKING: tuple[Metric, ...] = (
         "Periods without a free box",
         "",
         0,
-        "Times pick orders were assigned while no box was free, so that no further order could be split.",
+        "Calls of the POA or joint rule while no box was free, so that no further order could be split.",
     ),
     Metric("totes", "Totes", "", 0, "Totes that left picking stations."),
     Metric("parts_per_order", "Parts per order", "", 2, "Totes of an order, a mean over packed orders."),
