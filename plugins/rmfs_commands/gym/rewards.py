@@ -40,8 +40,9 @@ Reward = Callable[[Step], float]
 
 
 def visits(step: Step) -> float:
-    """Minus the pod-station visits that began."""
-    return -float(sum(isinstance(event, VisitStarted) for event in step.events))
+    """Minus the pod-station visits that began; bundles are stored at the stations behind those that count."""
+    picking = len(step.warehouse.stations)
+    return -float(sum(isinstance(event, VisitStarted) and event.station < picking for event in step.events))
 
 
 def turnover(step: Step) -> float:

@@ -131,15 +131,17 @@ def test_masks_and_slots() -> None:
 
 
 @cases(
-    "reward total",
-    ("visits", lambda metrics: metrics["pod_station_visits"]),
-    ("turnover", lambda metrics: metrics["turnover_s"] * metrics["orders_completed"] / 3600),
-    ("distance", lambda metrics: metrics["distance_m"] / 1000),
-    (lambda step: -1, lambda metrics: None),
+    "scenario reward total",
+    ("examples/poisson", "visits", lambda metrics: metrics["pod_station_visits"]),
+    ("examples/replenished", "visits", lambda metrics: metrics["pod_station_visits"]),  # without those for bundles
+    ("examples/poisson", "turnover", lambda metrics: metrics["turnover_s"] * metrics["orders_completed"] / 3600),
+    ("examples/poisson", "distance", lambda metrics: metrics["distance_m"] / 1000),
+    ("examples/poisson", lambda step: -1, lambda metrics: None),
 )
 @pytest.mark.parametrize("decides", ["POA", "TA"])
-def test_the_rewards_of_an_episode_add_up(reward: Any, total: Any, decides: str) -> None:
-    env = rmfs_commands.gym.make("examples/poisson", decides, overrides=FEW, reward=reward)
+def test_the_rewards_of_an_episode_add_up(scenario: str, reward: Any, total: Any, decides: str) -> None:
+    more = ["instance.orders=40"] if scenario == "examples/replenished" else []
+    env = rmfs_commands.gym.make(scenario, decides, overrides=[*FEW, *more], reward=reward)
     steps = played(env)
     expected = total(env.result.metrics)
     assert sum(step[1] for step in steps) == pytest.approx(-len(steps) if expected is None else -expected)
