@@ -110,7 +110,7 @@ def plan(
     about["effort"] = effort
     if as_json:
         rows = [_row(roads, robot, one) for robot, one in enumerate(plans, 1)]
-        print_json({**_document(plans, hits, about), "trips": rows})
+        print_json({**_document(roads, plans, hits, about), "trips": rows})
     else:
         _print(output_console(), title, roads, plans, hits, wall_s)
     if folder is not None:
@@ -166,7 +166,7 @@ def _said(plans: Sequence[Plan], hits: Sequence[Collision]) -> str:
 
 
 def _describe(roads: Roads, hit: Collision) -> str:
-    return f"robots {hit.first + 1} and {hit.second + 1} at {roads.layout.where(hit.cell)} after {hit.since_s:.3f} s"
+    return f"robots {hit.first + 1} and {hit.second + 1} at {_short(roads, hit.cell)} after {hit.since_s:.3f} s"
 
 
 def _costs(plans: Sequence[Plan], hits: Sequence[Collision]) -> dict[str, Any]:
@@ -221,10 +221,16 @@ def _short(roads: Roads, cell: int) -> str:
     return f"{cell % roads.layout.width},{cell // roads.layout.width}"
 
 
-def _document(plans: Sequence[Plan], hits: Sequence[Collision], about: Mapping[str, Any]) -> dict[str, Any]:
-    from attrs import asdict
-
-    return {**about, "costs": _costs(plans, hits), "collisions": [asdict(hit) for hit in hits]}
+def _document(
+    roads: Roads, plans: Sequence[Plan], hits: Sequence[Collision], about: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return all but the trips, as plain values; cells and robots have the names that the table has."""
+    found = [
+        {"cell": _short(roads, hit.cell), "first": hit.first + 1, "second": hit.second + 1}
+        | {"since_s": hit.since_s, "until_s": hit.until_s}
+        for hit in hits
+    ]
+    return {**about, "costs": _costs(plans, hits), "collisions": found}
 
 
 def _row(roads: Roads, robot: int, one: Plan) -> dict[str, Any]:
@@ -249,7 +255,7 @@ def _write(
     rows = [row for robot, one in enumerate(plans, 1) for row in _legs(roads, robot, one)]
     columns = ("robot", "leg", "start_s", "wait_s", "turn_s", "run_s", "from_x", "from_y", "to_x", "to_y", "end_s")
     with staged(folder) as path:
-        write_text(path / PLAN_FILE, to_json(json_ready(_document(plans, hits, about)), indent=2) + "\n")
+        write_text(path / PLAN_FILE, to_json(json_ready(_document(roads, plans, hits, about)), indent=2) + "\n")
         write_text(path / PATHS_FILE, to_csv(columns, rows))
 
 

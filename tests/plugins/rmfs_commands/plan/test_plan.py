@@ -92,6 +92,11 @@ def test_trips_of_scenarios_and_maps(room: Path, capsys: pytest.CaptureFixture[s
     code, text, _ = ask([str(room), "--agents", "6", "--pp", "free-flow"], capsys)
     assert code == 0
     assert "First collision: robots" in text
+    hit = json.loads(ask([str(room), "--agents", "6", "--pp", "free-flow", "--json"], capsys)[1])["collisions"][0]
+    named = f"robots {hit['first']} and {hit['second']} at {hit['cell']} after {hit['since_s']:.3f} s"
+    assert f"First collision: {named}\n" in text
+    assert hit["first"] > 0
+    assert "," in hit["cell"]
     (tmp_path / "hall.txt").write_text(draw_map(small_layout(stations=2)), encoding="utf-8")
     code, text, _ = ask([str(tmp_path / "hall.txt"), "--agents", "20"], capsys)
     assert code == 0
