@@ -14,7 +14,7 @@ First line, the header::
     map               the text of the scenario's map file, where it has one
     layout            width, height
                       kind: a text per row, a digit per cell: 0 wall, 1 floor, 2 storage location, 3 queue, 4 station,
-                      5 charger
+                      5 charger, 6 maintenance cell
                       moves: a text per row, a hexadecimal digit per cell; bit 1 << heading is set where a robot may
                       step from the cell into its neighbour in that heading
                       stations: for each its cell and its queue's cells, the one next to the station first
