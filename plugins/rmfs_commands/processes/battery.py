@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import partial
+from math import ceil
 
 import numpy as np
 
@@ -139,7 +140,7 @@ def battery_of(scenario: Scenario, travel: Travel) -> Callable[[Callable[[], int
     watts = battery.empty_w * empty + battery.loaded_w * (loaded + queues)
     joules = battery.detour * watts / TICKS_PER_S + 2 * battery.lifting_w * scenario.robots.lift_s + way_j
     if joules >= 3600 * battery.capacity_wh:
-        needed = f"{joules / 3600:,.1f} Wh, which the longest task and the way to a charger may take"
+        needed = f"{ceil(joules / 360) / 10:,.1f} Wh, which the longest task and the way to a charger may take"
         found = f"found {battery.capacity_wh:g}; expected more than {needed}"
         raise InputError("robots.battery.capacity_wh", found)
     return partial(Battery, battery, joules, way_j=way_j)

@@ -108,6 +108,15 @@ def test_what_is_found_when_a_warehouse_is_opened_names_file_and_line(tmp_path: 
     assert str(caught.value).startswith(f"{file}{at}, {problem}")
 
 
+@pytest.mark.parametrize("length", [3, 4])
+def test_a_battery_with_the_energy_that_its_refusal_names_is_enough(length: int) -> None:
+    given = [f"layout.block_length={length}", "layout.chargers=1", "rules.idle=charge-when-low", "instance.orders=0"]
+    with pytest.raises(InputError, match=r"expected more than ") as caught:
+        rmfs_core.run("examples/small", overrides=[*given, "robots.battery.capacity_wh=1"])
+    named = str(caught.value).split("more than ")[1].split(" Wh")[0]
+    rmfs_core.run("examples/small", overrides=[*given, f"robots.battery.capacity_wh={named}"])
+
+
 RULES = model.RulesSection(poa=RuleChoice("first-come"), pps=RuleChoice("demand"))
 PODS = small_instance({"1": ["a"]}, {"p": ["a"], "q": ["a"], "r": ["a"]})
 
