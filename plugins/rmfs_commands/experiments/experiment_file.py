@@ -211,7 +211,8 @@ def _rule_sets(value: Any) -> Iterator[RuleSetChoice]:
         try:
             changes = changes_of(table)
         except KeyProblem as problem:
-            raise KeyProblem(f'rule set "{name}": {problem.problem}', ("rule_sets", place, *problem.path)) from None
+            named = f'rule set "{name}": ' if name else ""
+            raise KeyProblem(f"{named}{problem.problem}", ("rule_sets", place, *problem.path)) from None
         several = {key: found for key, found in changes.items() if key in ONE_RULE and isinstance(found, list)}
         if not isinstance(name, str) or not (name or several):
             raise KeyProblem(

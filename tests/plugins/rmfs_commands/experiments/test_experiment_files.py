@@ -167,6 +167,7 @@ def test_the_quick_part_is_two_seeds_and_the_first_value_of_each_axis(experiment
     ('name = "first-come"', 'name = "pod-match"', "line 7, rule_sets[1]: found pod-match twice"),
     ('name = "first-come"', "", "expected a `name` in each [[rule_sets]], found none in number 2"),
     ("rules.poa =", "rules.pao =", 'rule set "first-come": unknown key (did you mean `poa`?)'),
+    ('name = "first-come"', 'poa = ["first-come"]', "rule_sets[1].poa: unknown key; expected one of `costs`"),
     ("rules.poa =", "ruls.poa =", 'rule set "first-come": unknown key (did you mean `rules`?)'),
     ('base = "tiny.toml"', "", "expected either `base`, a scenario, or `scenarios`"),
     ('base = "tiny.toml"', 'base = "tiny.toml"\nscenarios = ["tiny.toml"]', "expected either `base`"),
