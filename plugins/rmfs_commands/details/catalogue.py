@@ -227,7 +227,11 @@ REPLENISHMENT: tuple[Metric, ...] = (
 
 UNBUSY: tuple[Metric, ...] = (
     Metric(
-        "resting_distance_m", "Distance to rest", "m", 0, "Part of the distance driven to where robots rest or charge."
+        "resting_distance_m",
+        "Distance to rest",
+        "m",
+        0,
+        "Part of the distance driven to where robots rest, charge or are repaired.",
     ),
     Metric("pods_moved", "Pods moved", "", 0, "Pods carried elsewhere without a visit."),
     Metric(
@@ -237,7 +241,7 @@ UNBUSY: tuple[Metric, ...] = (
     Metric("charging_percent", "Charging", "%", 1, "Share of the robots' time that they stand at chargers."),
     Metric("charge_lowest_percent", "Lowest charge", "%", 1, "The least that a battery had in it, of its capacity."),
 )
-"""Metrics of runs with rules for robots without a task: one with `idle`, two with `move`, three with batteries."""
+"""Metrics of robots without a task: one with `idle` or maintenance cells, two with `move`, three with batteries."""
 
 
 OUTAGES: tuple[Metric, ...] = (

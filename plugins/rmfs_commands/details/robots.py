@@ -33,8 +33,9 @@ OFF = "off"
 """Nothing, off duty, elsewhere than at a charger; only where `robots.available` says when robots are on duty."""
 
 TO_REST, CHARGING, LOW, MOVING, DOWN = "to_rest", "charging", "low", "moving_pods", "down"
-"""And where the scenario has rules for that, batteries, or failures: drive to where it rests; stand at a charger; stand
-elsewhere with too little in its battery for a task; carry a pod elsewhere, without a visit; be out of service."""
+"""And where the scenario has rules for that, batteries, or failures: drive to where it rests or is repaired; stand at a
+charger; stand elsewhere with too little in its battery for a task; carry a pod elsewhere, without a visit; be out of
+service."""
 
 _UNDER_WAY = ("to_pod", "to_station", "storing")
 
@@ -91,8 +92,9 @@ class Robots:
         self._chargers, self._broken = frozenset(run.layout.chargers), set[int]()
         self._warehouse = run.warehouse
         rules, self._battery = run.scenario.rules, run.scenario.robots.battery is not None
-        used = {TO_REST: rules.idle is not None, CHARGING: self._battery, LOW: self._battery}
-        used |= {MOVING: rules.move is not None, DOWN: robots_may_fail(run.scenario.robots)}
+        fail = robots_may_fail(run.scenario.robots)
+        used = {TO_REST: rules.idle is not None or (fail and bool(run.layout.maintenance))}
+        used |= {CHARGING: self._battery, LOW: self._battery, MOVING: rules.move is not None, DOWN: fail}
         self._more = [state for state, there in used.items() if there]
         self._charges = self._moved_pods = 0
         self._lowest = 1.0

@@ -7,7 +7,7 @@ from collections import defaultdict
 
 from rmfs_commands.processes.events import ChargerDown, ChargerUp
 from rmfs_commands.trace.reader import Trace
-from rmfs_commands.validation.tables import has_batteries, robots_of
+from rmfs_commands.validation.tables import are_sent, has_batteries, robots_of
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.events import PodLifted, PodMoveDecided, PodStored, RobotMoved, RobotRested, RobotSent, TaskAssigned
 
@@ -48,7 +48,7 @@ def recompute_robots(trace: Trace, begin: int, completed: int) -> dict[str, floa
                 metres[doing.get(event.robot, "")] += trace.layout.distance(event.origin, event.to)
     found["picking_distance_per_order_m"] = metres[""] / completed if completed else None
     rules = trace.scenario.get("rules", {})
-    if "idle" in rules:
+    if are_sent(trace):
         found["resting_distance_m"] = metres["resting"]
     if "move" in rules:
         found |= {"pods_moved": moved, "moving_distance_m": metres["moving"]}

@@ -342,10 +342,15 @@ def robots_may_fail(trace: Trace) -> bool:
     return bool(robots.get("failures") or robots.get("maintenance"))
 
 
+def are_sent(trace: Trace) -> bool:
+    """Whether robots of a trace may be sent to where they rest, or are repaired."""
+    return "idle" in trace.scenario.get("rules", {}) or (robots_may_fail(trace) and bool(trace.layout.maintenance))
+
+
 def states_of(trace: Trace) -> tuple[str, ...]:
     """Return what robots of a trace may do: what its scenario has no rules for is left out."""
     rules = trace.scenario.get("rules", {})
-    more = {"to_rest": "idle" in rules, "charging": has_batteries(trace), "moving_pods": "move" in rules}
+    more = {"to_rest": are_sent(trace), "charging": has_batteries(trace), "moving_pods": "move" in rules}
     more["down"] = robots_may_fail(trace)
     return (*STATES, *(state for state, there in more.items() if there))
 

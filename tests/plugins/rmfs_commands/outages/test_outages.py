@@ -219,6 +219,17 @@ def test_tables_and_metrics_tell_of_it(run: Path) -> None:
     assert "orders waited for them; " in result["summary"]["outages"]
 
 
+@pytest.mark.parametrize("how", [ROBOTS, MAINTAINED])
+def test_the_way_to_a_maintenance_cell_is_part_of_a_robots_time(tmp_path: Path, how: str) -> None:
+    given = [how, "layout.maintenance_cells=1"]
+    result = rmfs_core.run("examples/small", overrides=given, out=tmp_path, record=["trace"])
+    with (tmp_path / "robots.csv").open() as file:
+        rows = [{key: float(value) for key, value in row.items() if key.endswith("_s")} for row in csv.DictReader(file)]
+    assert [sum(row.values()) for row in rows] == pytest.approx([result.metrics["simulated_s"]] * 4)
+    assert sum(row["to_rest_s"] for row in rows) > 0 < result.metrics["resting_distance_m"]
+    assert validate_trace(tmp_path) == []
+
+
 def test_who_charges_where_a_charger_fails_goes_on_or_waits() -> None:
     sent, low = list[tuple[int, bool]](), set[int]()
 
