@@ -50,7 +50,12 @@ _GROUPS: dict[str, tuple[Metric, ...]] = {
         Metric("orders_per_hour", "Orders per hour", "", 1, "Completed orders per hour of the time that counts."),
         Metric("picks_per_hour", "Picks per hour", "", 1, "Picks per hour of the time that counts."),
         Metric(
-            "picker_utilisation", "Picker utilisation", "%", 1, "Share of it in which pickers handle items.", scale=100
+            "picker_utilisation",
+            "Picker utilisation",
+            "%",
+            1,
+            "Share of the time that counts in which pickers handle items.",
+            scale=100,
         ),
     ),
     "Decisions": (
@@ -128,7 +133,7 @@ DETAILS: tuple[Metric, ...] = (
         "  for a free queue cell",
         "s",
         1,
-        "The part of it that robots spend under their pods until the queue has a free cell; the rest is traffic.",
+        "Time in which robots stand under pods until the queue has a free cell, per visit; the rest is traffic.",
     ),
     Metric(
         "picking_distance_per_order_m",
@@ -144,10 +149,10 @@ DETAILS: tuple[Metric, ...] = (
         1,
         "What runs, turns and lifts take, by the formulas of `rmfs_commands.details.energy`.",
     ),
-    Metric("energy_acceleration_wh", "  acceleration", "Wh", 1, "The part of it that acceleration takes."),
-    Metric("energy_rolling_wh", "  rolling", "Wh", 1, "The part of it against rolling resistance."),
-    Metric("energy_turns_wh", "  turns", "Wh", 1, "The part of it that turns on the spot take."),
-    Metric("energy_lifts_wh", "  lifts", "Wh", 1, "The part of it that lifting pods takes."),
+    Metric("energy_acceleration_wh", "  acceleration", "Wh", 1, "The part of the energy that acceleration takes."),
+    Metric("energy_rolling_wh", "  rolling", "Wh", 1, "The part of the energy against rolling resistance."),
+    Metric("energy_turns_wh", "  turns", "Wh", 1, "The part of the energy that turns on the spot take."),
+    Metric("energy_lifts_wh", "  lifts", "Wh", 1, "The part of the energy that lifting pods takes."),
     Metric("energy_per_order_wh", "Energy per order", "Wh", 2, "Energy per completed order."),
 )
 """Metrics of every run."""
@@ -200,7 +205,7 @@ REPLENISHMENT: tuple[Metric, ...] = (
     Metric("items_stored", "Items stored", "", 0, "Items of the bundles stored."),
     Metric("bundle_turnover_s", "Turn-over time of bundles", "s", 1, "Arrival until it is stored, mean over bundles."),
     Metric("replenishment_visits", "Replenishment visits", "", 0, "Visits of pods in which a bundle was stored."),
-    Metric("items_per_replenishment_visit", "  items per visit", "", 2, "Items stored per such visit."),
+    Metric("items_per_replenishment_visit", "  items per visit", "", 2, "Items stored per replenishment visit."),
     Metric("stock_outs", "Stock-outs", "", 0, "Times that no pod had any item of a SKU left."),
     Metric(
         "turnover_stock_s",
@@ -235,7 +240,11 @@ UNBUSY: tuple[Metric, ...] = (
     ),
     Metric("pods_moved", "Pods moved", "", 0, "Pods carried elsewhere without a visit."),
     Metric(
-        "moving_distance_m", "Distance of moving", "m", 0, "Part of the distance driven for that, with pod and without."
+        "moving_distance_m",
+        "Distance of moving",
+        "m",
+        0,
+        "Part of the distance driven to carry pods elsewhere, with pod and without.",
     ),
     Metric("charges", "Charges", "", 0, "Times a robot came to a charger."),
     Metric("charging_percent", "Charging", "%", 1, "Share of the robots' time that they stand at chargers."),
@@ -300,7 +309,7 @@ PACKING: tuple[Metric, ...] = (
         "  without a task",
         "%",
         1,
-        "Share of it in which they have nothing to do though orders that have arrived are not packed.",
+        "Share of the packers' time in which they have nothing to do though orders that have arrived are not packed.",
     ),
     Metric(
         "splits_refused",
@@ -328,7 +337,7 @@ DEPARTURES: tuple[Metric, ...] = (
         "the run has a horizon, or ends with orders left, it is that of orders whose truck has left by then.",
         scale=100,
     ),
-    Metric("missed_percent", "Missed their truck", "%", 1, "100 less these, in percent."),
+    Metric("missed_percent", "Missed their truck", "%", 1, "100 less the orders departed, in percent."),
 )
 """Metrics of runs in which trucks leave."""
 
@@ -355,7 +364,7 @@ COSTS: tuple[Metric, ...] = (
 
 def on_time(priority: int | str) -> Metric:
     """Return the metric of the orders of a priority."""
-    meaning = "The same among orders of this priority; there is one for each priority that an order due has."
+    meaning = f"On time, of orders of priority {priority}."
     return Metric(f"on_time_percent_priority_{priority}", f"  priority {priority}", "%", 1, meaning)
 
 
@@ -376,7 +385,7 @@ CATALOGUE: dict[str, tuple[Metric, ...]] = {
     **METRICS,
     "Percentiles, waiting and energy": DETAILS,
     "Opening hours": OPENING,
-    "Due times": (*LATENESS, on_time("N")),
+    "Due times": (*LATENESS, evolve(on_time("N"), meaning="The same, of each priority N that an order due has.")),
     "Replenishment": REPLENISHMENT,
     "Robots without a task": UNBUSY,
     "Packing": PACKING,

@@ -11,8 +11,16 @@ TIMING: tuple[Metric, ...] = (
     Metric("simulated_s_per_wall_s", "Simulated seconds per second", "", 0, "Simulated time over wall-clock time."),
     Metric("decision_s_first", "Decisions, t = 1", "s", 3, "POA and PPS decisions of the first period."),
     Metric("decision_s_later", "Decisions, t > 1", "s", 3, "POA and PPS decisions of all later periods."),
-    Metric("decision_s_per_order", "  per order", "s", 4, "The same per completed order.", of_completed=True),
-    Metric("decision_percent_of_simulated", "  of simulated time", "%", 3, "The same as a share of simulated time."),
+    Metric(
+        "decision_s_per_order", "  per order", "s", 4, "POA and PPS decisions per completed order.", of_completed=True
+    ),
+    Metric(
+        "decision_percent_of_simulated",
+        "  of simulated time",
+        "%",
+        3,
+        "POA and PPS decisions, as a share of simulated time.",
+    ),
 )
 """Wall-clock figures; they differ from run to run."""
 

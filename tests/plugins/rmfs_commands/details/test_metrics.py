@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -47,6 +48,7 @@ def test_metrics_have_names_and_say_what_they_mean() -> None:
     assert not {metric.name for group in METRICS.values() for metric in group} & {metric.name for metric in MEASURES}
     for name, metric in ((metric.name, metric) for metric in (*MEASURES, *Metrics.measures)):
         assert metric.meaning.endswith("."), name
+        assert not re.search(r"\bof it\b|(?<!at )\b[Tt]he same\b|\bsuch\b", metric.meaning), name  # said alone
         assert (metric.unit == "s") == name.endswith("_s"), name
 
 
