@@ -10,6 +10,7 @@ import zlib
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Any, cast
 
@@ -125,18 +126,23 @@ def _hint(head: bytes, columns: Sequence[str], separator: str, encoding: str) ->
     for other in dict.fromkeys((encoding, *_ENCODINGS)):
         text = _decoded(head, other)
         for name, sign in {"": separator, **SEPARATORS}.items():
-            if wanted <= {plain(field) for field in _first_row(text, sign)}:
+            rows = _first_rows(text, sign)
+            if fits := [line for line, fields in rows if wanted <= {plain(field) for field in fields}]:
                 found = [f"{other.upper()} text"] * (other != encoding) + [f"{name}s"] * (sign != separator)
                 options = [f"--encoding {other}"] * (other != encoding) + [f"--separator {name}"] * (sign != separator)
-                return f"; found {listed(found)}: say {' '.join(options)}" if options else ""
-    fields = _first_row(_decoded(head, encoding), separator)
+                said = f"; found {listed(found)}: say {' '.join(options)}" if options else ""
+                above = f"; line {fits[0]} has it: leave out the lines above it"
+                return said + above * (fits[0] > rows[0][0])
+    _, fields = next(iter(_first_rows(_decoded(head, encoding), separator)), (1, [""]))
     others = [name for name, sign in SEPARATORS.items() if len(fields) == 1 and sign in fields[0]]
     return f"; found {others[0]}s: say --separator {others[0]}" if others else ""
 
 
-def _first_row(text: str, separator: str) -> list[str]:
+def _first_rows(text: str, separator: str) -> list[tuple[int, list[str]]]:
+    """Return the first rows that have anything, with their lines: a title may stand above the header."""
+    reader = csv.reader(text.splitlines(keepends=True), delimiter=separator)
     try:
-        return next(filter(None, csv.reader(text.splitlines(keepends=True), delimiter=separator)), [])
+        return [(reader.line_num, fields) for fields in islice(reader, 20) if fields]
     except csv.Error:
         return []
 

@@ -92,6 +92,10 @@ def test_encodings(tmp_path: Path, text: str, encoding: str, stored: str) -> Non
     "content problem",
     # guesses: separators, encodings, both
     (b"o;s\n1;a\n", ', line 1: there is no column "o"; found semicolons: say --separator semicolon; found o;s'),
+    (
+        b"Export\n\nof,May\no,s,t\n1,a,1\n",
+        ', line 1: there is no column "o"; line 4 has it: leave out the lines above it; found Export',
+    ),
     (b"o|x\n1|a\n", ', line 1: there is no column "o"; found bars: say --separator bar; found o|x'),
     (b"O\tS\n1\ta\n", ', line 1: there is no column "o"; found tabs: say --separator tab; found O\\tS'),
     (
