@@ -88,6 +88,7 @@ def run_page(run: Run, limit: int, replay: str | None) -> str:
         turnover=_turnover(run),
         listed=[(title, [_order(row, delays[row["order"]], told) for row in rows]) for title, rows in listed],
         packing=list(_packing(run)),
+        packed_late=run.result.metrics.get("late_packed"),
         departures=list(_departures(run)),
         costs=list(_costs(run)),
         heats=[] if run.replay is None or run.floor is None else heat_maps(run.replay.start, run.floor),
@@ -259,7 +260,7 @@ def _listed(run: Run, limit: int) -> list[tuple[str, Sequence[Mapping[str, Any]]
     left = [row for row in _arrived(run) if row["completed_s"] is None and row.get("cancelled_s") is None]
     left.sort(key=lambda row: row["arrival_s"])
     kinds: list[tuple[str, Sequence[Mapping[str, Any]]]] = [
-        (counted(len(late), "late order"), late),
+        (counted(len(late), "late order") if not run.packing else f"{counted(len(late), 'order')} picked late", late),
         ("Slowest orders", slowest),
         (f"{counted(len(left), 'open order')} at the end", left),
     ]

@@ -167,6 +167,15 @@ def test_heat_maps_add_up_to_the_table_of_robots(runs: Callable[..., Path], over
     assert "storage locations; robots may rest there" in run_page(run, 1, None)
 
 
+def test_late_when_picked_and_when_packed_are_told_apart(runs: Callable[..., Path]) -> None:
+    run = read_run(runs("examples/packing", (*PACKING, "instance.due={allowance_s=200}")))
+    late, packed = (run.result.metrics[name] for name in ("late_orders", "late_packed"))
+    assert (late, packed) == (5, 16)
+    page = run_page(run, 1, None)
+    assert f"<h2>{late} orders picked late</h2>" in page
+    assert f"Packed late, or due and not packed: {packed}." in page
+
+
 def test_without_a_trace_the_page_says_what_is_missing(runs: Callable[..., Path]) -> None:
     folder = runs("examples/packing", PACKING)
     assert exit_code("report", str(folder), "--quiet") == 0
