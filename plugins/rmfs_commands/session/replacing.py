@@ -150,5 +150,5 @@ def _trusted(given: dict[str, Any], doubtful: Mapping[tuple[str, str], Mapping[s
 
 
 def _sum(held: Any, came: Any) -> Any:
-    """Return how many items a pod in doubt holds, with those that came since; what is no number is told of later."""
+    """Return the number of items of a pod in doubt, with those that came since; what is no number is told of later."""
     return held + came if type(held) is int and type(came) is int else held
