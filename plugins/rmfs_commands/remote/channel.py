@@ -68,7 +68,7 @@ class Command:
         """Return the program's next line."""
         if further := self._further():
             told = shown_short(further.decode(errors="replace").strip())
-            raise ImpossibleError(f"`{self._name}` said {told} after its last answer; expected a line a request")
+            raise ImpossibleError(f"`{self._name}` said {told} after its last answer; expected one line per request")
         self._asked = True
         answer = self._exchanging.submit(self._exchange, request)
         try:

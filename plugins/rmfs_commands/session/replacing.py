@@ -141,8 +141,14 @@ def _trusted(given: dict[str, Any], doubtful: Mapping[tuple[str, str], Mapping[s
         if kind == "pod" and name in pods and isinstance(one.get("contents"), Mapping):
             contents = pods[name].get("contents")
             there = contents if isinstance(contents, Mapping) else {}
-            given["pods"] = {**given["pods"], name: {**pods[name], "contents": {**there, **one["contents"]}}}
+            both = {sku: _sum(items, there.get(sku)) for sku, items in one["contents"].items()}
+            given["pods"] = {**given["pods"], name: {**pods[name], "contents": {**there, **both}}}
     blocked = {name for kind, name in doubtful if kind == "cell"}
     if blocked and isinstance(given.get("reserved"), list):
         given["reserved"] = [cell for cell in given["reserved"] if str(cell) not in blocked]
     return given
+
+
+def _sum(held: Any, came: Any) -> Any:
+    """Return the number of items of a pod in doubt, with those that came since; what is no number is told of later."""
+    return held + came if type(held) is int and type(came) is int else held

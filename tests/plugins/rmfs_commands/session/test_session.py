@@ -391,6 +391,11 @@ def test_what_is_in_doubt_stays_so_in_a_state_that_is_put_back(session: Hall) ->
     after = session.state
     assert after["session"]["quarantine"] == before["session"]["quarantine"]
     assert (after["session"]["failed"], after["pods"]) == ([fetch["robot"]], before["pods"])
+    held = next(one["contents"] for one in after["session"]["quarantine"] if one.get("pod") == "7")
+    came = dict.fromkeys(held, 2)  # bundles that were stored meanwhile
+    before["pods"]["7"]["contents"] = came
+    session.take({"after": session.seq, "state": before})
+    assert session.state["session"]["quarantine"][0]["contents"] == {sku: items + 2 for sku, items in held.items()}
     tell(session, {"kind": "pod_unlocked", "pod": "7"})
     assert sum(session.state["pods"]["7"]["contents"].values()) > 0
 
