@@ -531,7 +531,8 @@ def test_a_day_has_orders_that_had_to_wait_again_and_parts_that_were_refused(jou
     held = [pod for pod, told in session.state["pods"].items() if "1" in told["contents"]]
     for counted in (0, 40):  # the order waits, and is in stock
         tell(session, *({"kind": "short", "pod": pod, "sku": "1", "counted": counted} for pod in held), seconds=10)
-    tell(session, *opened)
+    never = {"kind": "order_arrived", "order": "C", "lines": {"1": 100_000}}  # it waits for stock to the end
+    tell(session, *opened, never)
     lines = {f"{sku}": 1 for sku in range(2, 9)}
     commands = tell(session, {"kind": "order_arrived", "order": "B", "lines": lines}, seconds=100)["commands"]
     parts = [one for one in commands if one["kind"] == "assign" and one["order"] == "B"]
@@ -540,7 +541,7 @@ def test_a_day_has_orders_that_had_to_wait_again_and_parts_that_were_refused(jou
     tell(session, {"kind": "order_back", "order": "B"}, seconds=100)
     session.close()
     day = run_day(scenario, journal, tmp_path / "day", ("trace",))
-    assert (day.metrics["backlog_end"], check_trace(tmp_path / "day").faults) == (0, [])
+    assert (day.metrics["backlog_end"], check_trace(tmp_path / "day").faults) == (1, [])
 
 
 def test_a_day_has_a_move_that_was_refused(journal: Path, tmp_path: Path) -> None:
