@@ -70,20 +70,21 @@ def check(scenario: str, overrides: tuple[str, ...], seed: int | None, no_inline
 def show(scenario: str, overrides: tuple[str, ...], seed: int | None) -> None:
     """Print SCENARIO as TOML with every key, defaults included.
 
-    Of the folder of a run, or of its result.json, it prints the scenario that was run, with which it can be repeated.
+    Of the folder of a run, or of its result.json, it prints the scenario that was run: that repeats it, next to the
+    files that it names.
     """
     from rmfs_commands.cli.checking import load_checked
     from rmfs_commands.cli.toml_scenario import to_toml
     from rmfs_commands.details.loading import load_result
     from rmfs_core.results import RESULT_FILE
 
-    given = Path(scenario)
-    if not given.is_dir() and given.name != RESULT_FILE:
+    folder = Path(scenario).parent if Path(scenario).name == RESULT_FILE else Path(scenario)
+    if not (folder / RESULT_FILE).is_file():
         shown = load_checked(scenario, overrides, seed)
     elif overrides or seed is not None:
         raise click.UsageError("--set and --seed change a scenario; expected neither with the folder of a run")
     else:
-        shown = load_result(given if given.is_dir() else given.parent).scenario
+        shown = load_result(folder).scenario
     click.echo(to_toml(shown), nl=False)
 
 

@@ -60,10 +60,13 @@ class Choice:
         SKUs whose lines are left out.
     most
         Lines of more items are left out.
+    first_rows
+        Of headers in the table of the lines itself: rows with nothing but an order are none, where others have times.
     """
 
     leave_out: tuple[str, ...] = ()
     most: int = MOST_ITEMS_OF_LINE
+    first_rows: bool = False
 
 
 @frozen
@@ -91,7 +94,7 @@ class Cleaner:
     Attributes
     ----------
     rows
-        Rows read; those in which no column has anything (of headers, but the order) are counted in ``blank`` alone.
+        Rows read; those in which no column has anything that counts are counted in ``blank`` alone.
     dropped
         Rows that were left out, by reason.
     emptied
@@ -177,7 +180,7 @@ class Cleaner:
         columns, clean = self.columns, self.reader.names.clean
         for row, fields in rows:
             order, sku, time, amount, due, priority, time_of_day, cancelled, route = map(str.strip, fields)
-            of_head = order if columns.sku or not columns.time else ""  # with lines among headers
+            of_head = "" if self.choice.first_rows and columns.time else order
             if not any((of_head, sku, time, amount, due, priority, time_of_day, cancelled, route)):
                 self.blank += 1
                 continue

@@ -189,7 +189,7 @@ def _read(stack: ExitStack, table: Path, given: dict[str, Any], past: bool = Fal
     choice = Choice(given["leave_out_sku"], given["most_quantity"])
     lines = stack.enter_context(OrderLines(Cleaner(columns, reader, choice)))
     if heads is not None:
-        own = Cleaner(heads, reader, Choice())
+        own = Cleaner(heads, reader, Choice(first_rows=given["orders"].resolve() == table.resolve()))
         lines.read_heads(Table(given["orders"], given["separator"], given["encoding"]), own)
         check_share(given["orders"], own, force=given["force"])
         check_emptied(given["orders"], own, force=given["force"])

@@ -8,6 +8,7 @@ import shlex
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -68,7 +69,7 @@ class Command:
         """Return the program's next line."""
         if further := self._further():
             told = shown_short(further.decode(errors="replace").strip())
-            raise ImpossibleError(f"`{self._name}` said {told} after its last answer; expected one line per request")
+            raise ImpossibleError(f"`{self._name}` said {told} before it was asked; expected one line per request")
         self._asked = True
         answer = self._exchanging.submit(self._exchange, request)
         try:
@@ -86,7 +87,7 @@ class Command:
     def _further(self) -> bytes:
         """Return what the program has said that nobody asked for, where the system shows that without waiting."""
         assert self._process.stdout is not None
-        if not hasattr(os, "set_blocking"):
+        if sys.platform == "win32":  # a pipe with nothing in it would fail there
             return b""
         os.set_blocking(self._process.stdout.fileno(), False)
         found: bytes = self._process.stdout.peek()  # type: ignore[attr-defined]

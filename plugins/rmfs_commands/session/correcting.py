@@ -188,9 +188,9 @@ class CorrectedFloor(Floor):
     def close(self, station: Station, closed: bool) -> None:
         """Let a station take no order, or again: until its timetable closes it, where that has it open."""
         was_open = station.open
-        (self.closed.add if closed else self.closed.discard)(station.id)
-        (self.opened.discard if closed else self.opened.add)(station.id)
         timed = station.id in self.hours
+        (self.closed.add if closed else self.closed.discard)(station.id)
+        (self.opened.add if timed and not closed else self.opened.discard)(station.id)
         self.warehouse.staff(station, *(self.shifts.staffed(station.id) if timed else (not closed, None)))
         if station in self.warehouse.picking:  # observers hear of no hours of the others, which take no orders
             tell_open(self.warehouse, station, was_open, self._tell)

@@ -46,6 +46,8 @@ class _Noting(Hall):
         When each assignment was given as a command.
     corrected
         Tick at which the floor first corrected what was known; None: never.
+    waiting
+        Orders that have waited for stock since they arrived, by id.
     """
 
     def _begin(self) -> None:
@@ -55,6 +57,7 @@ class _Noting(Hall):
         self.refused: set[tuple[int, int, int]] = set()
         self._in_hand: dict[int, int] = {}  # by station, its pick that is not handled
         self.corrected: int | None = None
+        self.waiting = set[int]()
         super()._begin()
 
     def _apply(self, batch: Batch | Replacement) -> dict[str, Any]:
@@ -106,7 +109,11 @@ class _Noting(Hall):
     def on_event(self, event: events.Event) -> None:
         """Note assignments, cancellations and picks."""
         super().on_event(event)
-        if isinstance(event, events.OrderCancelled):
+        if isinstance(event, events.OrderArrived) and self._floor.book[event.order].waits_for_stock:
+            self.waiting.add(event.order)
+        elif isinstance(event, events.OrderInStock):
+            self.waiting.discard(event.order)
+        elif isinstance(event, events.OrderCancelled):
             self.orders[event.order] = evolve(self.orders[event.order], cancelled_tick=event.tick)
         elif isinstance(event, events.OrderAssigned):
             self.assigned[event.order, event.station, event.period] = event.tick
@@ -140,7 +147,8 @@ class _Telling(Hall):
         floor.scenario = scenario
         instance = evolve(self._instance, orders=tuple(noted.orders), bundles=())
         corrected_s = None if noted.corrected is None else to_seconds(noted.corrected)
-        counts = {"batches": noted.seq, "facts": noted.facts, "dropped": noted.dropped, "corrected_s": corrected_s}
+        counts: dict[str, Any] = {"batches": noted.seq, "facts": noted.facts, "dropped": noted.dropped}
+        counts |= {"corrected_s": corrected_s, "waiting": sorted(noted.waiting)}
         floor.info = evolve(
             floor.info, scenario=floor.scenario, instance=instance, out=self._out, summary={"floor": counts}
         )

@@ -348,8 +348,7 @@ class Floor(Simulation):
 
     def put_away(self, robot: Robot, pod: Pod) -> Process:
         """Store a pod that a robot carries, whatever was to be done with it."""
-        with suppress(AbandonedError):
-            yield from self._store(robot, pod)
+        yield from self._store(robot, pod)
 
     def _lift(self, robot: Robot, pod: Pod, going: Going | None = None) -> Process:
         self.command("lift", robot=robot.id, pod=pod.id)

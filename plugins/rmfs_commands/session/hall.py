@@ -261,6 +261,9 @@ class Hall(Handling):
             timed = self._by_name["station"][station].id in floor.hours and station not in new.by_floor
             if not timed and ("station", station) not in self._doubtful:
                 self._station_closed(station)
+        for station in new.opened:
+            if ("station", station) not in self._doubtful:
+                self._station_opened(station)
         for robot in new.failed:
             self._robot_failed(robot)
         floor.round()
@@ -355,9 +358,12 @@ class Hall(Handling):
             for (kind, who), wait in self._floor.waits.items()
         ]
         waits += [told for told, _ in self._packing()]
-        closed = sorted(self._floor.warehouse.stations[number].name for number in self._floor.closed)
+        closed, opened = (
+            sorted(self._floor.warehouse.stations[number].name for number in ids)
+            for ids in (self._floor.closed, self._floor.opened)
+        )
         session = {"seq": self.seq, "quarantine": doubtful, "awaited": waits, "failed": sorted(self._failed)}
-        return {**self._snapshots.state, "session": {**session, "closed": closed}}
+        return {**self._snapshots.state, "session": {**session, "closed": closed, "opened": opened}}
 
     # What nothing is heard of
 

@@ -33,8 +33,9 @@ class Replacement:
         State in which a floor begins.
     doubtful
         Kind and name of each thing in doubt, and why.
-    failed, closed, by_floor
-        Robots that have failed, stations that are closed, and those of them that the floor closed, by name.
+    failed, closed, by_floor, opened
+        Robots that have failed, stations that are closed, those of them that the floor closed, and those that it
+        opened outside of their hours, by name.
     own
         Fields of the caller, which begin with x-.
     """
@@ -45,6 +46,7 @@ class Replacement:
     failed: Sequence[str]
     closed: Sequence[str]
     by_floor: Sequence[str]
+    opened: Sequence[str]
     own: Mapping[str, Any]
 
     @property
@@ -75,14 +77,16 @@ def replacement_of(data: Mapping[str, Any], scenario: Scenario, instance: Instan
     if not isinstance(data["state"], Mapping):
         raise InputError(PLACE, f"found {shown_short(data['state'])}; expected a state, a JSON object")
     given = {key: value for key, value in data["state"].items() if key not in ("session", "run", "ask", "random")}
-    doubtful = [*_doubtful(data["state"].get("session", {}))]
-    lost, by_floor = (_listed(data["state"].get("session", {}), key) for key in ("failed", "closed"))
+    session = data["state"].get("session", {})
+    doubtful = [*_doubtful(session)]
+    lost, by_floor, reopened = (_listed(session, key) for key in ("failed", "closed", "opened"))
     told = {(kind, name): one for (kind, name), one in doubtful}
     given = _trusted(given, told)
     robots, stations = _objects(given, "robots"), _objects(given, "stations")
     out = [name for name, one in robots.items() if one.get("in_service") is False]
     failed = [name for name in out if ("robot", name) not in told or name in lost]
     closed = [name for name, one in stations.items() if False in (one.get("in_service"), one.get("staffed"))]
+    opened = [name for name in stations if name in reopened]
     for section, entries in (("robots", robots), ("stations", stations)):
         for name, one in entries.items():
             left = ("in_service",) if "in_hand" in one else ("in_service", "picker_free_s")  # a pick begins anew
@@ -95,7 +99,7 @@ def replacement_of(data: Mapping[str, Any], scenario: Scenario, instance: Instan
     begun = begin(scenario, instance, layout, state, PLACE)
     _claim_slots(begun.opening.warehouse)
     whys = [(key, one["why"]) for key, one in told.items()]
-    return Replacement(after, begun, whys, failed, closed, by_floor, own)
+    return Replacement(after, begun, whys, failed, closed, by_floor, opened, own)
 
 
 def _claim_slots(warehouse: Warehouse) -> None:

@@ -80,7 +80,7 @@ class Trace:
     map_text: str | None = None
     state: Mapping[str, Any] | None = None
     apart: bool = True
-    floor: Mapping[str, float | None] | None = None
+    floor: Mapping[str, Any] | None = None
 
     @property
     def began(self) -> int:
@@ -328,11 +328,13 @@ def _state(told: Any, scenario: Any) -> Mapping[str, Any] | None:
     return dict(told)
 
 
-def _floor(told: Any) -> Mapping[str, float | None] | None:
+def _floor(told: Any) -> Mapping[str, Any] | None:
     if told is None:
         return None
     if not ((found := told["corrected_s"]) is None or (_is_number(found) and 0 <= found <= MOST)):
         raise ValueError(f"found {shown_short(found)} in `corrected_s` of the floor; expected seconds from 0, or null")
+    if not (isinstance(left := told.get("waiting", []), list) and all(map(_is_int, left))):
+        raise ValueError(f"found {shown_short(left)} in `waiting` of the floor; expected ids of orders")
     return dict(told)
 
 

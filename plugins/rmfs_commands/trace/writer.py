@@ -40,8 +40,8 @@ First line, the header::
                       begin with what observers are told of the time before (times up to ``tick``); left out: the run
                       begins at time 0
     reserves          null where the PP rule does not keep robots apart: they pass through each other; left out: it does
-    floor             of a real day: batches, facts, dropped ones, and corrected_s, when the floor first corrected what
-                      was known, or null
+    floor             of a real day: batches, facts, dropped ones, corrected_s, when the floor first corrected what was
+                      known, or null, and waiting, ids of orders that waited for stock from their arrival to the end
 
 Then one line an event, in the order in which they happened: ``e``, the event's class in lower case with underscores,
 and the fields of that class in `rmfs.events` (where each is documented), ``tick`` first. Left out is ``wall_s``

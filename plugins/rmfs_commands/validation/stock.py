@@ -92,12 +92,13 @@ class Claims:
 def joined_at(trace: Trace) -> dict[int, int]:
     """Return when each order joined the backlog: with its arrival, or when there was enough in stock.
 
-    What a floor counted is in no event: of a day with corrections, the orders that were told of waited until then.
+    What a floor counted is in no event: of a day with corrections the trace says which orders waited to its end.
     """
-    claims = Claims(trace) if lets_wait(trace) else None
-    told = {event.order: event.tick for event in trace.events if isinstance(event, OrderInStock)}
     if trace.floor is not None and trace.floor["corrected_s"] is not None:
-        return {event.order: event.tick for event in trace.events if isinstance(event, OrderArrived)} | told
+        left = trace.floor.get("waiting", ())
+        told = [event for event in trace.events if isinstance(event, OrderArrived | OrderInStock)]
+        return {event.order: event.tick for event in told if event.order not in left}
+    claims = Claims(trace) if lets_wait(trace) else None
     found: dict[int, int] = {}
     for event in trace.events:
         if isinstance(event, OrderArrived):

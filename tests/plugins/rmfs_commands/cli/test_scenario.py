@@ -43,7 +43,9 @@ def test_check_says_that_it_loads_code(tmp_path: Path, capsys: pytest.CaptureFix
     assert (code, err) == (0, f"Loaded code from {tmp_path / 'mine.py'}.\n")
 
 
-def test_the_resolved_scenario_and_the_schema(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_the_resolved_scenario_and_the_schema(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     code, out, _ = run(capsys, "scenario", "show", "examples/small", "--set", "robots.count=3", "--seed", "9")
     assert (code, tomllib.loads(out)["seed"]) == (0, 9)
     (tmp_path / "again.toml").write_text(out, encoding="utf-8")
@@ -56,6 +58,9 @@ def test_the_resolved_scenario_and_the_schema(capsys: pytest.CaptureFixture[str]
         assert load_scenario(tmp_path / "ran.toml") == load_scenario(tmp_path / "again.toml", ["instance.orders=5"])
     code, _, error = run(capsys, "scenario", "show", str(tmp_path / "out"), "--seed", "3")
     assert (code, error.endswith("expected neither with the folder of a run\n")) == (2, True)
+    (tmp_path / "examples" / "small").mkdir(parents=True)  # a folder without a result hides no scenario of that name
+    monkeypatch.chdir(tmp_path)
+    assert run(capsys, "scenario", "show", "examples/small")[0] == 0
     code, out, _ = run(capsys, "scenario", "schema")
     assert code == 0
     assert json.loads(out)["$schema"] == "https://json-schema.org/draft/2020-12/schema"

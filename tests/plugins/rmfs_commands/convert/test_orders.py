@@ -125,6 +125,9 @@ def test_a_table_whose_first_rows_alone_are_headers(tmp_path: Path, capsys: pyte
         "row 2, row 3, row 5; where only the first row of an order has it, --orders with this table, too, gives it to "
         "the others; expected at most half, or --force\n"
     )
+    (tmp_path / "headers.csv").write_text(text, encoding="utf-8")  # which is another table: each row is a header
+    refusal = refused(capsys, main, command(tmp_path, text, *options, "--orders", str(tmp_path / "headers.csv")))
+    assert "headers.csv: 3 of 5 rows would be left out: 3 rows with no time that can be read" in refusal
     kept = converted(tmp_path, text, *options, "--orders", table)
     assert kept == ["1,0,a,1,3600", "1,0,b,1,3600", "1,0,c,1,3600", "2,300,a,1,", "2,300,c,1,"]
     assert f"Read 2 headers of {table}, and 3 without any entry.\n" in capsys.readouterr().out

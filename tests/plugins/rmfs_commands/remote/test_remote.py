@@ -107,7 +107,7 @@ def test_a_program_that_says_more_than_its_answer_is_found_at_the_next_question(
     (tmp_path / "homes.py").write_text(PROGRAM.replace(", flush=True)", " + '\\n' + 'one more', flush=True)"))
     scenario = tmp_path / "tiny.toml"
     scenario.write_text(TINY + f"pr = {{ rule = 'remote', command = '{sys.executable}', file = 'homes.py' }}")
-    with pytest.raises(RuleError, match=r"said 'one more' after its last answer; expected one line per"):
+    with pytest.raises(RuleError, match=r"said 'one more' before it was asked; expected one line per"):
         rmfs.run(rmfs.load_scenario(scenario))
 
 

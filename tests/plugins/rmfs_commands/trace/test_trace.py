@@ -79,6 +79,7 @@ def test_a_stream_reads_as_far_as_it_is_asked(trace_file: Path) -> None:
     (lambda lines: [lines[0].replace('"width":', '"width":9999'), *lines[1:]], 1, "in a row or column"),
     (lambda lines: ['{"floor":{},' + lines[0][1:], *lines[1:]], 1, "lacks 'corrected_s'"),
     (lambda lines: ['{"floor":{"corrected_s":-1},' + lines[0][1:], *lines[1:]], 1, "found -1 in `corrected_s`"),
+    (lambda lines: ['{"floor":{"corrected_s":1,"waiting":1},' + lines[0][1:], *lines[1:]], 1, "found 1 in `waiting`"),
     (lambda lines: ['{"state":{"tick":0,"content":{}},' + lines[0][1:], *lines[1:]], 1, "`instance.state_file`"),
     (lambda lines: [*lines[:2], "{", *lines[2:]], 3, "no valid JSON"),
     (lambda lines: [*lines[:2], "[]", *lines[2:]], 3, "expected a JSON object"),
