@@ -95,7 +95,7 @@ def joined_at(trace: Trace) -> dict[int, int]:
     What a floor counted is in no event: of a day with corrections the trace says which orders waited to its end.
     """
     if trace.floor is not None and trace.floor["corrected_s"] is not None:
-        left = trace.floor.get("waiting", ())
+        left = frozenset(trace.floor.get("waiting", ()))
         told = [event for event in trace.events if isinstance(event, OrderArrived | OrderInStock)]
         return {event.order: event.tick for event in told if event.order not in left}
     claims = Claims(trace) if lets_wait(trace) else None
