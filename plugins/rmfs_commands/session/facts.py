@@ -164,11 +164,16 @@ def own_of(place: str, given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the caller's own fields of a batch or fact, which are to come back as they are."""
     own = {name: value for name, value in given.items() if name.startswith(OWN)}
     for name, value in own.items():
-        try:
-            json.dumps(value, allow_nan=False)
-        except ValueError:
-            raise InputError(f"{place}.{name[:40]}", "has a number that is not finite; expected JSON") from None
+        check_finite(f"{place}.{name[:40]}", value)
     return own
+
+
+def check_finite(place: str, value: Any) -> None:
+    """Raise an `InputError` where a value of JSON has a number that is not finite, which the journal cannot keep."""
+    try:
+        json.dumps(value, allow_nan=False)
+    except ValueError:
+        raise InputError(place, "has a number that is not finite; expected JSON") from None
 
 
 _EVENTS = Kind(

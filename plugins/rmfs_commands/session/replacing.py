@@ -7,7 +7,7 @@ from typing import Any
 
 from attrs import frozen
 
-from rmfs_commands.session.facts import own_of
+from rmfs_commands.session.facts import check_finite, own_of
 from rmfs_commands.states.beginning import Begun, begin
 from rmfs_commands.states.state_json import state_from_dict
 from rmfs_core.errors import InputError
@@ -76,6 +76,8 @@ def replacement_of(data: Mapping[str, Any], scenario: Scenario, instance: Instan
         raise InputError(f"batch.{unknown[0][:40]}", "is not a field of it; expected `after` and `state`")
     if not isinstance(data["state"], Mapping):
         raise InputError(PLACE, f"found {shown_short(data['state'])}; expected a state, a JSON object")
+    for key, value in data["state"].items():
+        check_finite(f"{PLACE}.{key[:40]}", value)
     given = {key: value for key, value in data["state"].items() if key not in ("session", "run", "ask", "random")}
     session = data["state"].get("session", {})
     doubtful = [*_doubtful(session)]

@@ -2,16 +2,20 @@
 
 import asyncio
 import http.client
+import io
 import json
 import os
 import signal
 import subprocess
 import threading
 import time
+import urllib.error
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
+from email.message import Message
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import jsonschema
 import pytest
@@ -249,3 +253,17 @@ def test_lines_name_their_hall(rmfs: tuple[str, ...]) -> None:
 )
 def test_what_cannot_be_served_is_refused(capsys: Any, arguments: list[str], problem: str) -> None:
     assert problem in refused(capsys, main, ["serve", *arguments])
+
+
+def test_an_end_whose_answer_was_lost_is_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    gone = urllib.error.HTTPError("", 404, "", Message(), io.BytesIO(b"{}"))
+    replies: list[Exception] = [
+        OSError("lost"),
+        gone,
+        urllib.error.HTTPError("", 404, "", Message(), io.BytesIO(b"{}")),
+    ]
+    monkeypatch.setattr("urllib.request.urlopen", Mock(side_effect=replies))
+    monkeypatch.setattr("time.sleep", Mock())
+    HallClient("http://127.0.0.1:1", "a").end()
+    with pytest.raises(HallError):
+        HallClient("http://127.0.0.1:1", "a", tries=1).end()

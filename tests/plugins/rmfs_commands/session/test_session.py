@@ -412,6 +412,7 @@ def test_what_is_in_doubt_stays_so_in_a_state_that_is_put_back(session: Hall) ->
     ({"skus": [[]]}, "batch.state, skus"),
     ({"session": {"quarantine": [3]}}, "session.quarantine.0: expected an entry"),
     ({"session": {"closed": 1}}, "session.closed: found 1"),
+    ({"run": {"unread": [float("nan")]}}, "batch.state.run: has a number that is not finite"),
     ({"stations": {}}, "batch.state, stations"),
     ({"orders": {"A": {"lines": {"nothing": 1}}}}, "names SKU"),
 )
