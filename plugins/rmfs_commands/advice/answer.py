@@ -246,7 +246,7 @@ def caption(result: ExperimentResult) -> str:
     sentences = [
         f"Visits: pod-station visits per order. {what}",
         *([f"{listed(marked)}: of {done} orders only."] if marked else []),
-        "Front: no other rule set has lower means in both.",
+        "Front: no other rule set has a lower mean in one of them and no higher mean in the other.",
     ]
     if result.comparison().tested:
         sentences.append(f"A figure with {AS_GOOD}: the best, or these seeds show no difference from it.")

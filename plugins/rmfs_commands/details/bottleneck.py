@@ -528,12 +528,13 @@ class Packed:
         return "packers" if (self.wait_s or 0.0) > after_s / 2 else None
 
     def one_more(self, limit: str) -> dict[str, float | None]:
-        """Return what one more of the limit brings at most; nothing is known of boxes.
+        """Return what one more of the limit brings at most; nothing is known of boxes or idle packers.
 
         How long an order reserves its box depends on when its parts come, and so on the rules: with one more box they
-        may decide otherwise, and each box may serve more orders.
+        may decide otherwise, and each box may serve more orders. Orders wait for packers with time to spare
+        in peaks, or until they are on duty: the orders, not the packers, determine how many are packed.
         """
-        if limit == "boxes":
+        if limit == "boxes" or (self.packers_percent or 0.0) <= BUSY:
             return {**_NO_LESS, "throughput_percent": None}
         more = _more(self.packers + 1, self.packers * (self.packers_percent or 0.0))
         return {**_NO_LESS, "throughput_percent": more}

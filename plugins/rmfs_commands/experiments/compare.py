@@ -258,11 +258,11 @@ class Comparison:
         ]
         found.sort(key=lambda entry: entry[:2])
         front: list[tuple[Paired, Paired]] = []
-        least = math.inf
-        for _, second_mean, pair in found:
-            if second_mean < least:
+        best = (math.inf, math.inf)
+        for *means, pair in found:
+            if means[1] < best[1] or tuple(means) == best:  # equal in both: neither beats the other
                 front.append(pair)
-                least = second_mean
+                best = (means[0], means[1])
         return front
 
     def bounded(self, metric: str) -> bool:

@@ -53,7 +53,7 @@ def table_of(answer: Answer) -> Table:
     priced = answer.least_per_order is not None
     if priced:
         table.add_column("Cost per order", justify="right")
-    table.add_column("Verdict")
+    table.add_column("Verdict", overflow="fold")
     for found in answer.found:
         for one in answer.candidates:
             if one.first != found.first:

@@ -77,6 +77,7 @@ class _Story:
     waiting: _Waiting | None = None
     without_stock: _Waiting | None = None
     assigned: Recorded | None = None
+    asked: bool = False
     gone: bool = False
 
     def tell(self, decision: Recorded) -> Iterator[Episode]:
@@ -97,7 +98,7 @@ class _Story:
             since = f"waited for stock from {given['arrival_s']:,.0f} s"
             self.without_stock.reason = f"{since} to {decision.time_s:,.0f} s"
             yield self.without_stock.episode()
-            self.without_stock = None
+            self.without_stock, self.asked = None, True
         if given.get("cancelled"):
             yield from self.end()
             self.waiting, self.gone = None, True
@@ -108,6 +109,10 @@ class _Story:
             self.assigned = decision
         reason = None
         if decision.decides.assigns:
+            if not self.asked and not given["parts"] and decision.time_s >= given["arrival_s"] + 1:
+                since = f"it arrived at {given['arrival_s']:,.0f} s; in this run no rule was asked to assign it before"
+                yield _episode(decision, f"{since} {decision.time_s:,.0f} s")
+            self.asked = True
             reason = _why_waiting(decision, self.order)
             if self.waiting is not None and (reason != self.waiting.reason or here):
                 yield self.waiting.episode()

@@ -189,13 +189,15 @@ def test_packing_takes_what_orders_wait_that_are_packed(tmp_path: Path) -> None:
 
 
 def test_nothing_is_said_of_one_more_box() -> None:
-    """How long boxes are reserved depends on the rules; how long packers work does not."""
+    """How long boxes are reserved depends on the rules; how long packers work does not, if they always have work."""
     packed = Packed(after_s=500, wait_s=1, packers_percent=50, boxes_percent=95, packers=4)
     assert packed.limit(100) == "boxes"
     assert set(packed.one_more("boxes").values()) == {None}
     told = ["Boxes, 95 % reserved: from the last pick to packed 500 s on average."]
     assert [*packed.says("boxes", packed.one_more("boxes"))] == told
-    assert packed.one_more("packers")["throughput_percent"] == 150  # 5 who always work for 4 who work half of the time
+    assert set(packed.one_more("packers").values()) == {None}  # orders wait in peaks, for packers with time to spare
+    busy = attrs.evolve(packed, packers_percent=100)
+    assert busy.one_more("packers")["throughput_percent"] == 25  # 5 for 4 who always work
 
 
 def test_one_more_station_by_hand(tmp_path: Path) -> None:

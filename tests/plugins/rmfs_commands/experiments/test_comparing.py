@@ -79,12 +79,13 @@ def test_p_values_are_corrected_over_the_rule_sets() -> None:
 
 
 def test_a_front_has_what_none_beats_in_both() -> None:
-    """(1, 5), (2, 3) and (4, 2); not (3, 3), which has as much of the one and more of the other, nor the incomplete."""
+    """(1, 5), (2, 3) twice and (4, 2); not (3, 3), with as much of one and more of the other, nor the incomplete."""
     figures = {"base": (3.0, 3.0), "a": (2.0, 3.0), "b": (4.0, 2.0), "c": (1.0, 5.0), "d": (5.0, 2.0), "e": (0.0, 0.0)}
+    figures["f"] = figures["a"]
     rows = [row(name, 1, m, n=n) for name, (m, n) in figures.items()]
     rows += [row(name, 2, m, n=n) for name, (m, n) in figures.items() if name != "e"]
     comparison = summary(rows, "base", ["m", "n"], fronts=[("m", "n")])
-    assert [pair[0].rule_set for pair in comparison.front("one", "m", "n")] == ["c", "a", "b"]
+    assert [pair[0].rule_set for pair in comparison.front("one", "m", "n")] == ["c", "a", "f", "b"]
 
 
 @pytest.mark.parametrize("values", [[], [3.0], [0.0] * 3, [2.0] * 20, [0.3, 0.1 + 0.2, 0.3], [1.0, 3.0]])

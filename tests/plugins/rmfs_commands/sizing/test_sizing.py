@@ -548,6 +548,10 @@ def test_the_table_has_every_size(capsys: pytest.CaptureFixture[str], monkeypatc
         ["3", "8", "4", "fails:", "seed", "3", "ends with orders left"],
         ["3", "saves", "no", "robot"],
     ]
+    monkeypatch.setenv("COLUMNS", "60")
+    key = "layout.stations_east_of_the_hall"
+    output_console().print(table_of(evolve(ANSWER, found=(Found(2, 9), Found(5, None, key)))))
+    assert key in "".join(line[46:].strip() for line in capsys.readouterr().out.splitlines())  # not cut off
 
 
 def test_the_answer_in_one_sentence() -> None:

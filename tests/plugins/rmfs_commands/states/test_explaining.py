@@ -263,6 +263,18 @@ def test_a_wait_for_stock() -> None:
     assert still.what == "waits for stock since 0 s"
 
 
+def test_an_order_that_no_rule_was_asked_about_at_first() -> None:
+    """As between waves, or while stations are closed; not where a rule was asked at once, nor of an order begun."""
+    decisions = [made(3, "TA", content(4), {"tasks": []}), made(4, "POA", content(0), {"assignments": []})]
+    first, waited = order_story(decisions, "A")
+    assert first.what == "it arrived at 0 s; in this run no rule was asked to assign it before 4 s"
+    assert waited.what == "no station could take its 2 open items"
+    assert len(order_story([made(1, "POA", content(0), {"assignments": []}), *decisions], "A")) == 1
+    begun = content(0)
+    begun["orders"]["A"]["parts"] = [{"station": "s", "skus": ["tea"], "period": 0}]
+    assert len(order_story([made(4, "POA", begun, {"assignments": []})], "A")) == 1
+
+
 def test_an_order_that_left_is_told_of_once() -> None:
     left = content(0)
     left["orders"]["A"]["cancelled"] = True
