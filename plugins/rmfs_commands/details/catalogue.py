@@ -323,8 +323,15 @@ PACKING: tuple[Metric, ...] = (
     Metric(
         "late_packed", "Packed late", "", 0, "Orders packed after their due time, or due and not packed at the end."
     ),
+    Metric(
+        "late_packed_percent",
+        "  of those due",
+        "%",
+        1,
+        "Orders packed late over those packed, or due and not packed at the end. Only orders with a due time count.",
+    ),
 )
-"""Metrics of runs with packing stations; the last where an order has a due time."""
+"""Metrics of runs with packing stations; the last two where an order has a due time."""
 
 
 DEPARTURES: tuple[Metric, ...] = (

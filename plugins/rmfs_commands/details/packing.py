@@ -238,8 +238,9 @@ class Packing:
         if not due:
             return {}
         done = {i: order.packed for i, order in self._orders.items() if order.packed >= 0}
-        over = [tick < done.get(i, end) for i, tick in due.items() if self._in_time(i) and i not in self._cancelled]
-        return {"late_packed": sum(over)}
+        known = [i for i in due if self._in_time(i) and i not in self._cancelled and (i in done or due[i] < end)]
+        late = sum(due[i] < done.get(i, end) for i in known)
+        return {"late_packed": late, "late_packed_percent": ratio(100 * late, len(known))}
 
     def _in_time(self, order: int) -> bool:
         """Whether an order arrived from the time on from which is counted, or was there and not packed at a state's."""

@@ -90,7 +90,8 @@ def recompute_packing(trace: Trace) -> dict[str, float | None]:
     totes = sum(isinstance(event, PartSent) and event.tick >= begin for event in trace.events)
     left = [trace.tick - tick for i, tick in come.items() if i not in done.keys() | cancelled.keys()]
     due = {i: order.due_tick for i, order in enumerate(orders) if order.due_tick is not None}
-    late = [done.get(i, end) > tick for i, tick in due.items() if i in own and i not in cancelled]
+    known = {i: tick for i, tick in due.items() if i in own - cancelled.keys() and (i in done or tick < end)}
+    late = sum(done.get(i, end) > tick for i, tick in known.items())
     return {
         "orders_packed": len(after),
         "packed_s": _mean(timed),
@@ -110,7 +111,7 @@ def recompute_packing(trace: Trace) -> dict[str, float | None]:
         "splits_refused": _refused(trace, begin, section["boxes"] * packing_stations(trace)),
         "totes": totes,
         "parts_per_order": sum(len(times[i].come) for i in after) / len(after) if after else None,
-        **({"late_packed": sum(late)} if due else {}),
+        **({"late_packed": late, "late_packed_percent": 100 * late / len(known) if known else None} if due else {}),
     }
 
 

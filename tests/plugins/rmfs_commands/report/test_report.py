@@ -171,6 +171,7 @@ def test_late_when_picked_and_when_packed_are_told_apart(runs: Callable[..., Pat
     run = read_run(runs("examples/packing", (*PACKING, "instance.due={allowance_s=200}")))
     late, packed = (run.result.metrics[name] for name in ("late_orders", "late_packed"))
     assert (late, packed) == (5, 16)
+    assert run.result.metrics["late_packed_percent"] == pytest.approx(100 * 16 / run.result.metrics["orders_packed"])
     page = run_page(run, 1, None)
     assert f"<h2>{late} orders picked late</h2>" in page
     assert f"Packed late, or due and not packed: {packed}." in page
