@@ -105,6 +105,8 @@ class Cleaner:
         SKUs that look like a list of several, such as ``tea;mug``.
     unused
         Columns of the table of which nothing was read.
+    others
+        Rows of the table that are not read, by reason.
     lost
         Names of the orders of rows that were left out, and whether these are shortened by it: an order without its
         postage (a SKU to leave out) is whole.
@@ -113,7 +115,7 @@ class Cleaner:
     def __init__(self, columns: Columns, reader: Reader, choice: Choice) -> None:
         self.columns, self.reader, self.choice = columns, reader, choice
         self.rows = self.blank = 0
-        self.dropped, self.emptied, self.whole_days = Tally(), Tally(), Tally()
+        self.dropped, self.emptied, self.whole_days, self.others = Tally(), Tally(), Tally(), Tally()
         self.lists, self.unused = Dropped(), list[str]()
         self.lost: list[tuple[str, bool]] = []
         self._missing = {plain(sku) for sku in choice.leave_out}
@@ -143,6 +145,8 @@ class Cleaner:
         yield f"Read {counted(self.rows, row)}{of}{blank}."
         if self.unused:
             yield f"Columns that are not read{of}: {told(self.unused)}."
+        for _, part in self.others.parts():
+            yield f"Not read{of}: {part}."
         for part in self.left_out():
             yield f"Left out{of}: {part}."
         for part in self.left_empty().values():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ from rmfs_commands.cli.options import OutPath, WholeNumberRange
 from rmfs_commands.convert.options import (
     needs,
     number_options,
+    only_option,
     open_option,
     quantities_of,
     spelled,
@@ -39,7 +41,7 @@ OF_DAY = (
 OF_TIMES = ("time_of_day", "time_format", "zone", "due", "cancelled", "from", "until", "start", "history_until")
 """Options that need --time."""
 
-NOT_OF_HISTORY = ("time", *OF_TIMES, "priority", "route", "orders", "order_key", "in_stock")
+NOT_OF_HISTORY = ("time", *OF_TIMES, "priority", "route", "orders", "order_key", "only_orders", "in_stock")
 """Options that do not matter for a table of history."""
 
 
@@ -70,6 +72,8 @@ convert.add_command(pods_command)
     help="Table with a header for each order: --time, --due, --priority, --cancelled, --route are columns of it.",
 )
 @click.option("--order-key", metavar="COL", help="Column of --orders with the order. [default: as --order]")
+@partial(only_option, name="--only-orders", of=" of --orders")
+@only_option
 @time_options
 @click.option("--from", metavar="TIME", help="Leave out orders that arrive earlier.")
 @click.option("--until", metavar="TIME", help="Leave out orders that arrive then or later.")
@@ -186,14 +190,16 @@ def _read(stack: ExitStack, table: Path, given: dict[str, Any], past: bool = Fal
     if given["orders"] is not None:
         heads = evolve(columns, order=given["order_key"] or columns.order, sku=None, quantity=None)
         columns = Columns(columns.order, columns.sku, quantity=columns.quantity)
+    how = given["separator"], given["encoding"]
     choice = Choice(given["leave_out_sku"], given["most_quantity"])
     lines = stack.enter_context(OrderLines(Cleaner(columns, reader, choice)))
     if heads is not None:
         own = Cleaner(heads, reader, Choice(first_rows=given["orders"].resolve() == table.resolve()))
-        lines.read_heads(Table(given["orders"], given["separator"], given["encoding"]), own)
+        headers = Table(given["orders"], *how, given["only_orders"], "--only-orders")
+        lines.read_heads(headers, own)
         check_share(given["orders"], own, force=given["force"])
         check_emptied(given["orders"], own, force=given["force"])
-    lines.read(Table(table, given["separator"], given["encoding"]))
+    lines.read(Table(table, *how, given["only"]))
     in_stock = None if past or given["in_stock"] is None else read_stock(given["in_stock"])
     return lines, lines.gather(_span(clock, given, past), given["whole_orders"], in_stock)
 
@@ -221,6 +227,7 @@ def _check_options(given: dict[str, Any]) -> None:
     for option in OF_TIMES:
         needs(given, option, "time", "the column that the times are in")
     needs(given, "order_key", "orders", "the table with headers that it is a column of")
+    needs(given, "only_orders", "orders", "the table of which only some rows are read")
     needs(given, "open", "pods", "both, since scenario.toml has the hours (or `rmfs convert pods --open`)")
     if given["pods"] is not None and given["in_stock"] is not None:
         raise InputError("--in-stock", "found --pods, too, whose pods hold all that is ordered; expected one of them")

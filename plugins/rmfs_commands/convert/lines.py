@@ -20,7 +20,7 @@ from rmfs_commands.convert.cleaning import Cleaner
 from rmfs_commands.convert.loading import keep_lost, load
 from rmfs_commands.convert.order_heads import OrderHeads
 from rmfs_commands.convert.tables import Table
-from rmfs_commands.convert.tally import SHOWN, Dropped
+from rmfs_commands.convert.tally import SHOWN, Dropped, why_none
 from rmfs_commands.convert.time_formats import Moment
 from rmfs_commands.instances.csv_files import TEN_YEARS
 from rmfs_core.clock import TICKS_PER_S, to_seconds
@@ -141,7 +141,7 @@ class OrderLines:
             self._refuse_all()
 
     def _refuse_all(self) -> NoReturn:
-        found = "; ".join(self.cleaner.left_out()) or "it has no rows"
+        found = why_none(self.cleaner.others, self.cleaner.left_out())
         raise InputError(self.file, f"has no order line that could be kept: {found}")
 
     def gather(

@@ -22,14 +22,14 @@ def load(table: Table, cleaner: Cleaner, base: sqlite3.Connection, into: str) ->
     InputError
         When the file cannot be read, lacks a column, or has numbers or times that may mean two things.
     """
-    file, rows = str(table.file), table.rows(astuple(cleaner.columns))
+    file, rows, cleaner.others = str(table.file), table.rows(astuple(cleaner.columns)), table.others
     while batch := list(islice(rows, ROWS_PER_BATCH)):
         base.execute("BEGIN")
         base.executemany(f"INSERT INTO {into} VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)", cleaner.lines(file, batch))
         keep_lost(cleaner, base)
         base.execute("COMMIT")
         cleaner.ask(file)
-    used = {plain(column) for column in astuple(cleaner.columns) if column}
+    used = {plain(column) for column in (*astuple(cleaner.columns), *(table.only or ())) if column}
     cleaner.unused = [*dict.fromkeys(name for name in map(plain, table.header) if name and name not in used)]
 
 

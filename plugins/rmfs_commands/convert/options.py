@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from zoneinfo import ZoneInfo
 
     from rmfs_commands.convert.quantities import Quantities
+    from rmfs_commands.convert.tables import Chosen
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -76,6 +77,20 @@ def _opens(_ctx: click.Context, _param: click.Parameter, texts: tuple[str, ...])
     return tuple(spans) or None
 
 
+def _only(_ctx: click.Context, param: click.Parameter, texts: tuple[str, ...]) -> Chosen | None:
+    from rmfs_commands.convert.headers import plain
+    from rmfs_core.wording import shown_short
+
+    chosen: dict[str, frozenset[str]] = {}
+    for text in texts:
+        column, sign, value = text.partition("=")
+        if not (sign and column.strip()):
+            found = f"found {shown_short(text)}; expected a column and a value, such as status=open"
+            raise InputError(param.opts[0], found)
+        chosen[plain(column)] = chosen.get(plain(column), frozenset()) | {plain(value)}
+    return chosen or None
+
+
 def open_option(command: F) -> F:
     """Add ``--open``: when stations are open."""
     option = click.option(
@@ -108,6 +123,19 @@ def table_options(command: F) -> F:
         help="Encoding of the texts: utf-8, utf-16, cp1252 or the like.",
     )
     return separator(encoding(command))
+
+
+def only_option(command: F, name: str = "--only", of: str = "") -> F:
+    """Add ``--only``: which rows of a table are read."""
+    option = click.option(
+        name,
+        multiple=True,
+        metavar="COL=VALUE",
+        callback=_only,
+        help=f"Read only the rows{of} with that value in a column, such as status=open; may be repeated: rows with one "
+        "of the values of each column.",
+    )
+    return option(command)
 
 
 def number_options(command: F) -> F:

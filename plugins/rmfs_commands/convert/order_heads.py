@@ -9,7 +9,7 @@ from rmfs_commands.convert.cleaning import Cleaner
 from rmfs_commands.convert.loading import load
 from rmfs_commands.convert.names import short
 from rmfs_commands.convert.tables import Table
-from rmfs_commands.convert.tally import SHOWN, Tally
+from rmfs_commands.convert.tally import SHOWN, Tally, why_none
 from rmfs_core.errors import InputError
 from rmfs_core.wording import counted, listed
 
@@ -66,7 +66,7 @@ class OrderHeads:
         load(self._table, self.cleaner, self._base, "head")
         self._base.execute("DELETE FROM lost")  # an order that lost a header has lost no line
         if not self._count("SELECT count(*) FROM head"):
-            found = "; ".join(self.cleaner.left_out()) or "it has no rows"
+            found = why_none(self.cleaner.others, self.cleaner.left_out())
             raise InputError(self.file, f"has no header of an order that could be kept: {found}")
 
     def join(self, file: str, dropped: Tally) -> None:
@@ -83,7 +83,8 @@ class OrderHeads:
         self._without_lines = _some(name for (name,) in some)
         shown = self._base.execute(f"SELECT row, name {_WITHOUT_HEAD} ORDER BY row LIMIT {SHOWN}").fetchall()
         if rows := self._count(f"SELECT count(*) {_WITHOUT_HEAD}"):
-            dropped.add(f"no header in {self.file} that is kept", rows, shown)
+            asked = bool(self.cleaner.others.reasons)  # most of them may be of headers that are not read
+            dropped.add(f"no header in {self.file} that is kept", rows, shown, asked)
             self._base.execute(f"INSERT INTO lost SELECT DISTINCT name, 1 {_WITHOUT_HEAD}")
             self._base.execute(f"DELETE {_WITHOUT_HEAD}")
         if not self._count("SELECT count(*) FROM line"):

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from rmfs_commands.cli.options import OutPath
-from rmfs_commands.convert.options import needs, number_options, open_option, quantities_of, table_options
+from rmfs_commands.convert.options import needs, number_options, only_option, open_option, quantities_of, table_options
 
 
 @click.command(short_help="Make pods.csv from a table of stock.")
@@ -22,6 +22,7 @@ from rmfs_commands.convert.options import needs, number_options, open_option, qu
 @click.option(
     "--start", metavar="TIME", help="Time 0 of the orders, as `rmfs convert orders` says it; for scenario.toml."
 )
+@only_option
 @open_option
 @table_options
 @number_options
@@ -48,6 +49,6 @@ def pods(table: Path, out: Path, **given: Any) -> None:
     stock = StockTable(columns, quantities_of(given))
     with removed_if_empty(out):
         folder = writable_folder(out, ("pods.csv",), force=given["force"])
-        stock.read(Table(table, given["separator"], given["encoding"]))
+        stock.read(Table(table, given["separator"], given["encoding"], given["only"]))
         check_share(table, stock, force=given["force"])
         write_pods(stock, folder, start, given["open"] or ())

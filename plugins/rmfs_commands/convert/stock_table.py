@@ -10,7 +10,7 @@ from attrs import astuple, define, field, frozen
 from rmfs_commands.convert.names import Names
 from rmfs_commands.convert.quantities import Quantities
 from rmfs_commands.convert.tables import Row, Table
-from rmfs_commands.convert.tally import Tally
+from rmfs_commands.convert.tally import Tally, why_none
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import MOST_ITEMS, MOST_PODS
 from rmfs_core.wording import counted, shown_short
@@ -60,8 +60,8 @@ class StockTable:
         Stock by name of the pod, as they first come.
     rows, joined
         Rows read, and rows that were added to another row of the same pod and SKU.
-    dropped
-        Rows that were left out, by reason.
+    dropped, others
+        Rows that were left out, and those that are not read, by reason.
     """
 
     def __init__(self, columns: StockColumns, quantities: Quantities) -> None:
@@ -70,7 +70,7 @@ class StockTable:
         self.names, self.places = Names(), Quantities()
         self.pods: dict[str, PodStock] = {}
         self.rows = self.joined = 0
-        self.dropped = Tally()
+        self.dropped, self.others = Tally(), Tally()
 
     def read(self, table: Table) -> None:
         """Take in a table.
@@ -80,12 +80,12 @@ class StockTable:
         InputError
             When the file cannot be read, lacks a column, has a pod in two places or two in one, or no pod.
         """
-        self.file = file = str(table.file)
+        self.file, self.others = (file := str(table.file)), table.others
         columns = self.columns
         self._add(file, table.rows(astuple(columns)))
         self.quantities.ask(file, columns.quantity or "")
         if not self.pods:
-            raise InputError(file, f"has no pod that could be kept: {'; '.join(self.left_out()) or 'it has no rows'}")
+            raise InputError(file, f"has no pod that could be kept: {why_none(self.others, self.left_out())}")
         self._check_places(file)
 
     def _add(self, file: str, rows: Iterable[Row]) -> None:
@@ -149,6 +149,8 @@ class StockTable:
     def sentences(self) -> Iterator[str]:
         """Yield sentences on the table: the rows left out, and those kept."""
         yield f"Read {counted(self.rows, 'row')}."
+        for _, part in self.others.parts():
+            yield f"Not read: {part}."
         for part in self.left_out():
             yield f"Left out: {part}."
         if self.names.respelled:

@@ -53,9 +53,9 @@ class Tally:
         """Count a row; ``chosen`` says whether an option asked to leave it out."""
         self.reasons.setdefault(reason, Dropped(chosen=chosen)).note(row, found)
 
-    def add(self, reason: str, rows: int, examples: list[tuple[int, str]]) -> None:
+    def add(self, reason: str, rows: int, examples: list[tuple[int, str]], chosen: bool = False) -> None:
         """Count several rows, of which some are named."""
-        self.reasons[reason] = Dropped(rows, examples)
+        self.reasons[reason] = Dropped(rows, examples, chosen)
 
     @property
     def unasked(self) -> int:
@@ -66,3 +66,8 @@ class Tally:
         """Yield each reason, and a part of a sentence: how many, why, and examples."""
         for reason, dropped in self.reasons.items():
             yield reason, f"{counted(dropped.rows, 'row')} with {reason}{dropped.shown()}"
+
+
+def why_none(others: Tally, left_out: list[str]) -> str:
+    """Return why no row of a table is kept: rows that are not read, and the reasons for those left out."""
+    return "; ".join([*(f"{part}, not read" for _, part in others.parts()), *left_out]) or "it has no rows"

@@ -252,6 +252,11 @@ def test_opening_hours(tmp_path: Path, capsys: pytest.CaptureFixture[str], zone:
     ),
     ("o,s\n1,a\n", "--history y.csv", "--history: found no --pods; expected both"),
     ("o,s\n1,a\n", "--order-key a", "--order-key: found no --orders; expected the table"),
+    ("o,s\n1,a\n", "--only-orders s=a", "--only-orders: found no --orders; expected the table"),
+    ("o,s\n1,a\n", "--only s", "--only: found 's'; expected a column and a value, such as status=open\n"),
+    ("o,s\n1,a\n", "--only x=a", 'there is no column "x"; found o and s\n'),
+    ("o,s\n1,ab\n", "--only s=AB", 'lines.csv has "AB" in the column "s" (did you mean `ab`?)\n'),
+    ("o,s\n1,a\n2,b\n", "--only s=a --only o=2", 'be kept: 1 row with another o: row 1 "1", not read; 1 row with'),
     ("o,s\n1,a\n", "--decimal , --thousands ,", '--decimal, --thousands: found "," for both; expected two signs\n'),
     (
         "o,s\n1,FRACHT\n2,tea\n",
@@ -534,6 +539,22 @@ def test_an_order_that_loses_a_line_is_shortened(tmp_path: Path, capsys: pytest.
     told = capsys.readouterr().out
     assert "Shortened" not in told
     assert "Left out: 2 orders with a line that is left out (--whole-orders).\n" in told
+
+
+def test_only_some_rows_are_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = "o,s,state,site\n1,tea,open,A\n1,mug,gone,A\n2,tea,new,B\n3,mug,new,A\n,,,\n4,jam,,A\n"
+    assert converted(tmp_path, text, "--only state=open --only state=new --only site=A") == ["1,0,tea,1", "3,0,mug,1"]
+    told = capsys.readouterr().out
+    assert "Read 2 rows.\n" in told
+    assert 'Not read: 2 rows with another state: row 2 "gone", row 6.\n' in told
+    assert 'Not read: 1 row with another site: row 3 "B".\n' in told
+    assert "not read:" not in told
+    assert converted(tmp_path, text, "--only state= --whole-orders --force") == ["4,0,jam,1"]
+    headers = tmp_path / "headers.csv"
+    headers.write_text("o,t,state\n1,5,held\n2,6,free\n3,7,held\n4,8,held\n", encoding="utf-8")
+    options = f"--orders {headers} --time t --only-orders state=free --force"
+    assert converted(tmp_path, text, options) == ["2,6,tea,1"]
+    assert f'Not read of {headers}: 3 rows with another state: row 1 "held"' in capsys.readouterr().out
 
 
 def test_what_is_left_out_of_orders(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

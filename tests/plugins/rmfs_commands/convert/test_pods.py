@@ -29,6 +29,13 @@ def convert(folder: Path, *options: str, text: str = STOCK) -> Path:
     return folder / "out"
 
 
+def test_only_some_stock_is_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = "Bin,Article,Qty,Block\nA-1,tea,4,\nA-1,mug,1,\nA-2,mug,9,damaged\nA-3,spoon,0,\n"
+    out = convert(tmp_path, "--only", "Block=", text=text)
+    assert (out / "pods.csv").read_text(encoding="utf-8") == "pod,sku,quantity\nA-1,tea,4\nA-1,mug,1\nA-3,spoon,0\n"
+    assert 'Not read: 1 row with another Block: row 3 "damaged".\n' in capsys.readouterr().out
+
+
 def test_orders_run_on_the_stock_of_the_warehouse(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     lines = tmp_path / "lines.csv"
     lines.write_text("o,s\n1,tea\n1,mug\n2,mug\n", encoding="utf-8")
