@@ -465,6 +465,10 @@ def test_packers_and_boxes_are_sized(folder: Path, capsys: pytest.CaptureFixture
     assert "keep each packer busy for 1" in content["packers"][0]["reason"]
     assert content["cheapest"] == {"packers": 2, "boxes": 1, "cost": 8}
     assert "Packers and boxes are those of each packing station." in content["notes"]
+    whole = "No order was split in these runs, so that with these rules the number of boxes makes no difference."
+    assert whole not in content["notes"]
+    assert size_code("hall.toml", "--p95", "5000", *asked, "--json") == 0
+    assert whole in json.loads(capsys.readouterr().out)["notes"]
 
 
 def test_with_costs_the_cheapest_size_is_sought_beside_the_fewest_robots(folder, capsys) -> None:
