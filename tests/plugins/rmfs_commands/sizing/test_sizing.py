@@ -248,9 +248,15 @@ def test_what_can_be_asked_of_a_limit(poisson: Scenario) -> None:
     for metric in FROM_ORDERS:
         with pytest.raises(InputError, match=f"`{metric}` is the same for every number of robots"):
             Target(metric, 2).check(orders)
-    for metric in ("cost_total", "cost_per_order", "cost_robots_per_order", "cost_packers_per_order"):
-        with pytest.raises(InputError, match=f"more robots or packers raise `{metric}`; expected one .* costs least"):
-            Target(metric, 2).check(orders)
+    own = {"stations": "cost_pickers_per_order", "robots": "cost_robots_per_order", "packers": "cost_packers_per_order"}
+    for thing, metric in own.items():
+        for raised in ("cost_total", "cost_per_order", metric):
+            with pytest.raises(InputError, match=f"more {thing} raise `{raised}`; expected a metric .* costs least"):
+                Target(raised, 2).check(orders, [thing, "boxes"])
+        Target(metric, 2).check(orders, {*own} - {thing})
+    with pytest.raises(InputError, match="more stations or robots raise `cost_total`"):
+        Target("cost_total", 2).check(orders, ["stations", "robots"])
+    Target("cost_total", 2).check(orders, ["boxes"])
     Target("turnover_p95_s", 2).check(orders)
     Target("my_waits", 2).check(orders)
     for metric in ("turnover_p95_s", "late_percent", "stock_outs"):
@@ -514,6 +520,7 @@ def test_a_run_that_fails_ends_with_code_1(folder: Path, capsys: pytest.CaptureF
     (("--p95", "900", "--robots", "1-999"), "--robots: found 999; the layout has 80 storage locations"),
     (("--p95", "900", "--robot-cost", "3"), "--robot-cost and --station-cost together, or neither"),
     (("--p95", "900", "--set", "instance.pods=1000"), "1000 pods, but the layout has"),
+    (("--most", "cost_pickers_per_order=2", "--robots", "4"), "more stations raise `cost_pickers_per_order`; expected"),
     (("--p95", "900", "--boxes", "4"), "--packers, --boxes: the scenario has no packing stations; expected one with a"),
     (("--p95", "900", "--boxes", "4", "--robots", "4"), "expected --stations and --robots, or --packers and --boxes"),
     (("--p95", "9", "--boxes", "999999", "--set", "packing.boxes=1"), "--boxes: found 999,999; expected 100,000 at"),
