@@ -216,17 +216,24 @@ def _late(run: Run) -> list[Mapping[str, Any]]:
     return sorted((row for row in late if (row["late_s"] or 0) > 0), key=lambda row: -row["late_s"])
 
 
+def _never_open(row: Row) -> bool:
+    """Whether a station's time is none but that out of service, which then is no share of a whole."""
+    return row.get("open_s") == 0
+
+
 def _station(row: Row) -> tuple[str, ...]:
     times = [row[f"{does}_s"] for does in PICKERS if f"{does}_s" in row]
-    shares = (f"{100 * time / sum(times):.0f} %" if sum(times) else "-" for time in times)
+    whole = 0.0 if _never_open(row) else sum(times)
+    shares = (f"{100 * time / whole:.0f} %" if whole else "-" for time in times)
     counts = (f"{row['picks']:,.0f}", f"{row['visits']:,.0f}")
-    return (row["station"], *counts, *shares, f"{row['queue_mean']:.1f}", f"{row['queue_max']:.0f}")
+    name = f"{row['station']} (never open)" if _never_open(row) else row["station"]
+    return (name, *counts, *shares, f"{row['queue_mean']:.1f}", f"{row['queue_max']:.0f}")
 
 
 def _work(run: Run) -> list[Markup]:
     def parts(rows: Sequence[Row], does: Mapping[str, tuple[str, int]]) -> list[Series]:
         return [
-            Series(name, [row.get(f"{state}_s") or 0.0 for row in rows], colour)
+            Series(name, [0.0 if _never_open(row) else row.get(f"{state}_s") or 0.0 for row in rows], colour)
             for state, (name, colour) in does.items()
         ]
 
