@@ -499,6 +499,8 @@ class Packed:
         Share of the boxes that are reserved, mean over time.
     packers
         How many there are, in all.
+    off_duty_percent
+        Share of the wait for a packer in which the packing station is closed.
     """
 
     after_s: float | None
@@ -506,6 +508,7 @@ class Packed:
     packers_percent: float | None
     boxes_percent: float | None
     packers: int
+    off_duty_percent: float = 0.0
 
     @classmethod
     def of(cls, packing: Packing, end: int, run: RunInfo) -> Packed:
@@ -513,8 +516,9 @@ class Packed:
         assert section is not None
         after_s = None if packing.after_s is None else round(packing.after_s, 3)
         reserved, boxes = measured["boxes_mean"] or 0.0, section.boxes * stations
-        at_work = measured["packer_utilisation_percent"]
-        return cls(after_s, measured["packing_wait_s"], at_work, _percent(reserved, boxes), section.packers * stations)
+        at_work, wait_s = measured["packer_utilisation_percent"], measured["packing_wait_s"]
+        share, packers = _percent(reserved, boxes), section.packers * stations
+        return cls(after_s, wait_s, at_work, share, packers, packing.off_duty_percent)
 
     def limit(self, largest_s: float) -> str | None:
         """Return who limits the run instead of the largest cause of picking, which takes an order so long, if any."""
@@ -550,6 +554,8 @@ class Packed:
         yield f"{limit.capitalize()}, {share}: {after}."
         if (most := gain["throughput_percent"]) is not None:
             yield f"One more packer: at most {most:.3g} % more orders packed."
+        if limit == "packers" and self.off_duty_percent > 50:
+            yield f"Packers are off duty for {self.off_duty_percent:.0f} % of the wait; longer hours may help."
 
     def covers(self) -> str:
         """Return how long packing takes, which the rest is not about."""

@@ -196,6 +196,15 @@ class Packing:
         return ratio(sum(after), len(after) * TICKS_PER_S)
 
     @property
+    def off_duty_percent(self) -> float:
+        """Share of the time in which the packed orders waited for a packer at a closed packing station."""
+        own = (order for i, order in self._orders.items() if order.packed >= self._begin and self._in_time(i))
+        waits = [(order.station, order.ready, order.begun) for order in own]
+        there = sum(length(_open(self._stations[at].hours, ready, begun)) for at, ready, begun in waits)
+        whole = sum(begun - ready for _, ready, begun in waits)
+        return 100 * (whole - there) / whole if whole else 0.0
+
+    @property
     def packed_ticks(self) -> dict[int, int]:
         """When orders were packed."""
         return {i: order.packed for i, order in self._orders.items() if order.packed >= 0}

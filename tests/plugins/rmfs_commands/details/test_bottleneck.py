@@ -154,6 +154,14 @@ def test_orders_before_the_warm_up_are_told(tmp_path: Path) -> None:
         ]
 
 
+def test_packers_off_duty_are_told() -> None:
+    """They begin after two hours, long after the last pick of most orders."""
+    given = ["instance.orders=30", "packing.packers=4", 'packing.open=[["02:00", "20:00"]]']
+    result = rmfs_core.run("examples/packing", overrides=given)
+    told = result.summary["bottleneck"]["says"][2]
+    assert told == "Packers are off duty for 99 % of the wait; longer hours may help."
+
+
 @pytest.mark.parametrize(
     ("overrides", "limit"), [(("packing.boxes=1", "packing.pack_s=600"), "packers"), (("packing.pack_s=1",), None)]
 )
@@ -196,6 +204,10 @@ def test_nothing_is_said_of_one_more_box() -> None:
     told = ["Boxes, 95 % reserved: from the last pick to packed 500 s on average."]
     assert [*packed.says("boxes", packed.one_more("boxes"))] == told
     assert set(packed.one_more("packers").values()) == {None}  # orders wait in peaks, for packers with time to spare
+    nothing = packed.one_more("packers")
+    assert len([*packed.says("packers", nothing)]) == 1
+    (_, told) = attrs.evolve(packed, off_duty_percent=51).says("packers", nothing)
+    assert told == "Packers are off duty for 51 % of the wait; longer hours may help."
     busy = attrs.evolve(packed, packers_percent=100)
     assert busy.one_more("packers")["throughput_percent"] == 25  # 5 for 4 who always work
 
