@@ -20,7 +20,7 @@ ON_TIME = "on_time_percent_priority_"
 """Before a priority: it may be any."""
 
 _COSTS = {"stations": "cost_pickers_per_order", "robots": "cost_robots_per_order", "packers": "cost_packers_per_order"}
-"""What more of a thing raises besides all costs: the search, from the most on, would miss sizes that keep a limit."""
+"""Costs that more of a thing raises, as all costs: the search, from the most on, would miss sizes that keep them."""
 
 EXPECTED = "expected one of which less is better, such as turnover_p95_s"
 
