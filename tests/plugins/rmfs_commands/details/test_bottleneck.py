@@ -106,6 +106,14 @@ def test_each_cause_in_turn_is_the_limit(limit, more, overrides, options) -> Non
     assert 0 < saved <= before["gain"]["time_s"] + 0.001
 
 
+def test_outages_of_closed_stations_keep_no_order_waiting() -> None:
+    """Nearly all of the wait is for six o'clock, whether stations are out of service until then or not."""
+    found = bottleneck(*MANY, 'stations.open=[["06:00","22:00"]]', OUTAGES % (0.5, 1800))
+    without = bottleneck(*MANY, 'stations.open=[["06:00","22:00"]]')
+    assert found["causes_percent"]["hours"] == pytest.approx(without["causes_percent"]["hours"], abs=3)
+    assert found["pickers_percent"]["down"] < 60
+
+
 def test_nothing_limits_a_quiet_warehouse() -> None:
     found = bottleneck(*MANY, "instance.arrivals={process='poisson', orders_per_hour=20}")
     assert (found["limit"], found["gain"]) == (None, None)
