@@ -216,29 +216,27 @@ def _late(run: Run) -> list[Mapping[str, Any]]:
     return sorted((row for row in late if (row["late_s"] or 0) > 0), key=lambda row: -row["late_s"])
 
 
-def _never_open(row: Row) -> bool:
-    """Whether a station's time is none but that out of service, which then is no share of a whole."""
-    return row.get("open_s") == 0
-
-
 def _station(row: Row) -> tuple[str, ...]:
-    times = [row[f"{does}_s"] for does in PICKERS if f"{does}_s" in row]
-    whole = 0.0 if _never_open(row) else sum(times)
-    shares = (f"{100 * time / whole:.0f} %" if whole else "-" for time in times)
+    shown = {does: row[f"{does}_s"] for does in PICKERS if f"{does}_s" in row}
+    out = shown.pop("down", None) if "open_s" in row else None
+    whole = sum(shown.values())
+    shares = [f"{100 * time / whole:.0f} %" if whole else "-" for time in shown.values()]
+    times = shares if out is None else [*shares, f"{out / 3600:.1f} h"]  # outages go on while it is closed
+    name = row["station"] if row.get("open_s") != 0 else f"{row['station']} (never open)"
     counts = (f"{row['picks']:,.0f}", f"{row['visits']:,.0f}")
-    name = f"{row['station']} (never open)" if _never_open(row) else row["station"]
-    return (name, *counts, *shares, f"{row['queue_mean']:.1f}", f"{row['queue_max']:.0f}")
+    return (name, *counts, *times, f"{row['queue_mean']:.1f}", f"{row['queue_max']:.0f}")
 
 
 def _work(run: Run) -> list[Markup]:
     def parts(rows: Sequence[Row], does: Mapping[str, tuple[str, int]]) -> list[Series]:
         return [
-            Series(name, [0.0 if _never_open(row) else row.get(f"{state}_s") or 0.0 for row in rows], colour)
+            Series(name, [row.get(f"{state}_s") or 0.0 for row in rows], colour)
             for state, (name, colour) in does.items()
         ]
 
+    stations = [{**row, "down_s": 0.0} if "open_s" in row else row for row in run.stations]
     return [
-        stacked("What pickers did", [row["station"] for row in run.stations], parts(run.stations, PICKERS), "station"),
+        stacked("What pickers did", [row["station"] for row in stations], parts(stations, PICKERS), "station"),
         stacked("What robots did", [row["robot"] for row in run.robots], parts(run.robots, ROBOTS), "robot"),
     ]
 
