@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import NoReturn
 
-from attrs import frozen
+from attrs import evolve, frozen
 
 from rmfs_commands.details.catalogue import DEPARTURES, FROM_ORDERS, LATENESS, MEASURES, METRICS, MORE_IS_BETTER
 from rmfs_commands.results.figures import show
@@ -93,8 +93,8 @@ class Target:
         return f"{parent.partition(',')[0]}, {label.strip()}"
 
     def shown(self, value: float) -> str:
-        """Return one of its values without the unit."""
-        return show(self.described, float(value))
+        """Return one of its values without the unit; of numbers these are means, with a digit after the point."""
+        return show(evolve(self.described, digits=max(self.described.digits, 1)), float(value))
 
     def with_unit(self, value: float) -> str:
         """Return one of its values."""
