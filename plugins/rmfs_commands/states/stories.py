@@ -94,6 +94,7 @@ class _Story:
     without_stock: _Waiting | None = None
     assigned: Recorded | None = None
     asked_s: float | None = None
+    last: Recorded | None = None
     gone: bool = False
 
     def tell(self, decision: Recorded) -> Iterator[Episode]:
@@ -117,9 +118,10 @@ class _Story:
             self.without_stock, self.asked_s = None, decision.time_s
         if given.get("cancelled"):
             yield from self.end()
-            self.gone = True
+            self.gone, self.last = True, None
             yield _episode(decision, f"cancelled before {decision.time_s:,.0f} s, with nothing of it assigned")
             return
+        self.last = decision
         here = [_episode(decision, what) for what in _done_for(decision, self.order)]
         if any(one["order"] == self.order for one in (decision.decision or {}).get("assignments", ())):
             self.assigned = decision
@@ -155,6 +157,8 @@ class _Story:
         if self.without_stock is not None:
             yield self.without_stock.episode()
         yield from self._waited()
+        if (last := self.last) is not None and (told := self._unasked(last.content["orders"][self.order], last.time_s)):
+            yield _episode(last, told)
 
 
 def order_stories(decisions: Iterable[Recorded], orders: Iterable[str]) -> dict[str, list[Episode]]:

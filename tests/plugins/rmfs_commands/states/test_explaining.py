@@ -294,6 +294,10 @@ def test_no_rule_was_asked_again_for_long() -> None:
     waited, gap, again = order_story(decisions, "A")
     assert (waited.times_s, again.times_s) == ((1.0, 500.0), (1100.0, 1100.0))
     assert gap.what == "between 500 s and 1,100 s no rule was asked to assign it"
+    tasks = [made(number, "TA", content(0), {"tasks": []}) for number in (1100, 1700)]
+    assert order_story([*decisions, *tasks], "A")[-1].what.startswith("between 1,100 s and 1,700 s no rule was asked")
+    (never,) = order_story(tasks, "A")
+    assert never.what == "it arrived at 0 s; in this run no rule was asked to assign it before 1,700 s"
 
 
 def test_an_order_that_left_is_told_of_once() -> None:
@@ -303,6 +307,11 @@ def test_an_order_that_left_is_told_of_once() -> None:
     assert [episode.what for episode in order_story(decisions, "A")] == [
         "no station could take its 2 open items",
         "cancelled before 2 s, with nothing of it assigned",
+    ]
+    never = [made(n, "TA", content(0) if n < 2000 else left, {"tasks": []}) for n in (1000, 2000, 3000)]
+    assert [episode.what.partition(" s")[0] for episode in order_story(never, "A")] == [
+        "it arrived at 0",
+        "cancelled before 2,000",
     ]
 
 
