@@ -112,6 +112,9 @@ def test_outages_of_closed_stations_keep_no_order_waiting() -> None:
     without = bottleneck(*MANY, 'stations.open=[["06:00","22:00"]]')
     assert found["causes_percent"]["hours"] == pytest.approx(without["causes_percent"]["hours"], abs=3)
     assert found["pickers_percent"]["down"] < 60
+    night = 'robots.available=[["22:00","06:00",1],["06:00","22:00"]]'
+    of_robots = bottleneck("instance.orders=60", "robots.count=8", night, FAILURES % (1, 3600))["causes_percent"]
+    assert of_robots["outages"] < 2 < of_robots["robots"]  # seven fail off duty, too
 
 
 def test_nothing_limits_a_quiet_warehouse() -> None:
