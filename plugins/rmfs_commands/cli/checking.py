@@ -403,12 +403,13 @@ def _levels(scenario: Scenario, instance: Instance) -> Iterator[str]:
     if given is None or not instance.levels:
         return
     told = {} if file is None else read_skus(Path(scenario.folder) / file)
-    raised, beyond = [], []
+    raised, beyond, needed = [], [], 0
     for i, (name, (low, full)) in enumerate(zip(instance.skus, instance.levels, strict=True)):
         asked = told.get(name, {}).get("reorder_point", given.reorder_point)
         if given.unit == "items" and asked is not None and asked < low:
             raised.append(f"SKU {name} from {asked:g} to {low}, as an order line wants {low + 1} items of it")
         size = instance.sizes[i] if instance.sizes else 1
+        needed += full * size
         if room is not None and full > (most := len(instance.pods) * (room // size)):
             beyond.append(f"SKU {name} ({full:,}, and space for {most:,})")
     if raised:
@@ -416,6 +417,11 @@ def _levels(scenario: Scenario, instance: Instance) -> Iterator[str]:
         yield f"Note: the reorder point is raised of {raised[0]}{more}."
     if beyond:
         yield f"Note: `order_up_to` is more than all pods together have space for: {first_few(beyond)}."
+    elif room is not None and needed > (space := len(instance.pods) * room):
+        yield (
+            f"Note: stock up to `order_up_to` of all SKUs needs space for {needed:,}, and all pods together have "
+            f"{space:,}; bundles may wait for space."
+        )
 
 
 def _misspelt(scenario: Scenario, instance: Instance) -> list[str]:

@@ -152,7 +152,8 @@ class Cleaner:
         for part in self.left_empty().values():
             yield f"Left empty{of}: {part}."
         for what, part in self.whole_days.parts():
-            yield f"Taken as 00:00 of the day{of}: {part}{_IN_PARTS if what == WHOLE_DAY else ''}."
+            hint = _IN_PARTS if what == WHOLE_DAY and self.columns.time_of_day is None else ""
+            yield f"Taken as 00:00 of the day{of}: {part}{hint}."
         if self.lists.rows > 1 or any(text[0] in "[{" for _, text in self.lists.examples):
             found = f"{counted(self.lists.rows, 'row')}{self.lists.shown()}"
             yield f"SKUs that look like lists{of}: {found}; each is taken as one SKU: a line needs a row of its own."

@@ -29,7 +29,7 @@ from rmfs_commands.details.outages import robots_may_fail
 from rmfs_commands.details.packing import Packing
 from rmfs_commands.details.robots import Robots
 from rmfs_commands.details.slots import at_work
-from rmfs_commands.details.spans import Span, ratio
+from rmfs_commands.details.spans import Span, open_spans, ratio
 from rmfs_commands.details.stations import Followed, Stations
 from rmfs_commands.processes.hours import hours_of, mean_speed, shifts_of
 from rmfs_core.clock import TICKS_PER_S, to_ticks
@@ -121,12 +121,15 @@ class _Pieces:
         """Return in how many of some spans, during which robots stand under pods, each piece is."""
         return self.level(*np.array(spans, dtype=np.int64).reshape(-1, 2).T)
 
-    def of(self, station: Followed) -> tuple[Ticks, Ticks, Ticks, Ticks]:
+    def of(self, station: Followed, staffed: Sequence[Span] | None) -> tuple[Ticks, Ticks, Ticks, Ticks]:
         """Return, as 0 or 1 for each piece, whether a station's picker handles an item, does or has one to pick, and
-        whether the station is there: open, or finishing what it has; and whether it is out of service instead."""
+        whether the station is there: open, or finishing what it has; and whether it is out of service instead: not
+        while it is closed by its timetable, where there is one, with nothing to finish."""
         begins = self.bounds[:-1]
         here = np.minimum(self.level(np.array(station.begun), np.array(station.free)), 1)
         down = np.where(here > 0, 0, station.down.at(begins))
+        if staffed is not None:
+            down = np.where((self.beneath(staffed) > 0) | (station.requests.at(begins) > 0), down, 0)
         either = np.maximum(here, (station.requests.at(begins) > 0) & (down == 0))
         return here, either, np.maximum(either, station.open.at(begins) > 0), down
 
@@ -196,6 +199,11 @@ class Bottleneck:
         self._given = [_Waits() for _ in run.warehouse.stations]
         speeds, numbers = run.scenario.stations.speed, range(1, len(run.warehouse.stations) + 1)
         self._speeds = [mean_speed(speeds.get(str(number), 1.0)) for number in numbers]
+        self._staffed: dict[int, list[Span]] = {}  # when each station is open by its timetable, if that matters
+        if self._fails and run.scenario.stations.open is not None:
+            timetables, _ = shifts_of(hours_of(run.scenario, len(self._speeds)), len(self._speeds))
+            until = max(run.warehouse.now_tick, 1)
+            self._staffed = {number: open_spans(one, 0, until) for number, one in enumerate(timetables)}
         self._orders = self._collect()
         self._share_out()
 
@@ -266,7 +274,7 @@ class Bottleneck:
         for station in self._stations:
             counts = (station.requests, station.queue, station.open, station.down, station.pods)
             ticks += [np.array(station.begun), np.array(station.free), *(count.ticks for count in counts)]
-        ends += chain.from_iterable(robots.beneath_for.values())
+        ends += chain.from_iterable((*robots.beneath_for.values(), *self._staffed.values()))
         bounds = np.sort(np.concatenate((np.array(ends, dtype=np.int64).ravel(), *ticks)))
         return _Pieces(bounds[np.append(True, bounds[1:] != bounds[:-1])])  # quicker than `np.unique`
 
@@ -279,7 +287,7 @@ class Bottleneck:
         )
         duration, levels = np.diff(pieces.bounds.clip(self._begin, self._end)), list[tuple[Ticks, ...]]()
         for number_of, station in enumerate(self._stations):
-            here, wanting, open_, down = pieces.of(station)
+            here, wanting, open_, down = pieces.of(station, self._staffed.get(number_of))
             self._lengths.append(tuple(int(duration @ one) for one in (here, wanting, open_, down)))
             beneath = pieces.beneath(self._robots.beneath_for.get(number_of, []))
             busy += here
@@ -499,6 +507,8 @@ class Packed:
         Share of the boxes that are reserved, mean over time.
     packers
         How many there are, in all.
+    off_duty_percent
+        Share of the wait for a packer in which the packing station is closed.
     """
 
     after_s: float | None
@@ -506,6 +516,7 @@ class Packed:
     packers_percent: float | None
     boxes_percent: float | None
     packers: int
+    off_duty_percent: float = 0.0
 
     @classmethod
     def of(cls, packing: Packing, end: int, run: RunInfo) -> Packed:
@@ -513,8 +524,9 @@ class Packed:
         assert section is not None
         after_s = None if packing.after_s is None else round(packing.after_s, 3)
         reserved, boxes = measured["boxes_mean"] or 0.0, section.boxes * stations
-        at_work = measured["packer_utilisation_percent"]
-        return cls(after_s, measured["packing_wait_s"], at_work, _percent(reserved, boxes), section.packers * stations)
+        at_work, wait_s = measured["packer_utilisation_percent"], measured["packing_wait_s"]
+        share, packers = _percent(reserved, boxes), section.packers * stations
+        return cls(after_s, wait_s, at_work, share, packers, packing.off_duty_percent)
 
     def limit(self, largest_s: float) -> str | None:
         """Return who limits the run instead of the largest cause of picking, which takes an order so long, if any."""
@@ -550,6 +562,8 @@ class Packed:
         yield f"{limit.capitalize()}, {share}: {after}."
         if (most := gain["throughput_percent"]) is not None:
             yield f"One more packer: at most {most:.3g} % more orders packed."
+        if limit == "packers" and self.off_duty_percent > 50:
+            yield f"Packers are off duty for {self.off_duty_percent:.0f} % of the wait; longer hours may help."
 
     def covers(self) -> str:
         """Return how long packing takes, which the rest is not about."""

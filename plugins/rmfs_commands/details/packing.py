@@ -15,7 +15,7 @@ from rmfs_commands.details.spans import (
     Span,
     goes_on,
     length,
-    merged,
+    open_spans,
     overlap,
     percentile,
     ratio,
@@ -25,7 +25,6 @@ from rmfs_commands.processes.events import OrderPacked, PackingAssigned, Packing
 from rmfs_core.clock import TICKS_PER_S, to_seconds
 from rmfs_core.events import DecisionMade, OrderArrived, OrderCancelled, OrderCompleted
 from rmfs_core.info import RunInfo
-from rmfs_core.timetable import Timetable
 
 COLUMNS = ("order", "packing_station", "box", "parts", "first_part_s", "last_part_s", "packing_s", "packed_s")
 
@@ -155,7 +154,7 @@ class Packing:
             until = max(min((row["hour"] + 1) * 3600 * TICKS_PER_S, end), begin)
             row |= {"orders_packed": self._hourly[row["hour"]], "boxes": round(self._boxes.mean(begin, until), 3)}
             if self._section.open is not None:
-                open_ticks = sum(length(_open(station.hours, begin, until)) for station in self._stations)
+                open_ticks = sum(length(open_spans(station.hours, begin, until)) for station in self._stations)
                 row["packers_on_duty"] = round(self._section.packers * open_ticks / max(until - begin, 1), 3)
 
     def values(self, end: int) -> dict[str, Number]:
@@ -196,13 +195,22 @@ class Packing:
         return ratio(sum(after), len(after) * TICKS_PER_S)
 
     @property
+    def off_duty_percent(self) -> float:
+        """Share of the time in which the packed orders waited for a packer at a closed packing station."""
+        own = (order for i, order in self._orders.items() if order.packed >= self._begin and self._in_time(i))
+        waits = [(order.station, order.ready, order.begun) for order in own]
+        there = sum(length(open_spans(self._stations[at].hours, ready, begun)) for at, ready, begun in waits)
+        whole = sum(begun - ready for _, ready, begun in waits)
+        return 100 * (whole - there) / whole if whole else 0.0
+
+    @property
     def packed_ticks(self) -> dict[int, int]:
         """When orders were packed."""
         return {i: order.packed for i, order in self._orders.items() if order.packed >= 0}
 
     def paid_ticks(self, end: int) -> int:
         """Return the time in which packers are there, or finish a task, and sorters are, summed over them."""
-        open_ticks = sum(length(_open(station.hours, self._begin, end)) for station in self._stations)
+        open_ticks = sum(length(open_spans(station.hours, self._begin, end)) for station in self._stations)
         return self._ticks(end)[0] + self._section.sorters * open_ticks
 
     def left(self, tick: int) -> dict[str, Number]:
@@ -223,7 +231,7 @@ class Packing:
         packers, orders_wait = self._section.packers, self._unpacked.above_zero(self._begin, end)
         there = busy = starved = 0
         for station in self._stations:
-            is_open = _open(station.hours, self._begin, end)
+            is_open = open_spans(station.hours, self._begin, end)
             here = [order for order in self._orders.values() if order.station == station.id]
             packing = [(order.begun, end) for order in here if order.packed < 0 <= order.begun]
             spans = within([*self._busy[station.id], *packing], self._begin, end)
@@ -247,15 +255,3 @@ class Packing:
         packed = self._orders[order].packed if order in self._orders else -1
         there = self._goes_on and not 0 <= packed < self._begin
         return (arrived := self._arrived.get(order, -1)) >= self._begin or (there and arrived >= 0)
-
-
-def _open(hours: Timetable, begin: int, end: int) -> list[Span]:
-    """Return when a timetable is open between two times."""
-    spans, tick = [], begin
-    while tick < end:
-        change = hours.next_change(tick)
-        until = end if change is None else min(change, end)
-        if hours.at(tick):
-            spans.append((tick, until))
-        tick = until
-    return merged(spans)

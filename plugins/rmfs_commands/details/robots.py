@@ -107,7 +107,7 @@ class Robots:
         self.low = [Count() for _ in robots]
         """Which of these stand where they are, with too little in their batteries for a task."""
         self.down = Count()
-        """Robots out of service."""
+        """Robots on duty that are out of service."""
         self.beneath: dict[int, Span] = {}
         """When a robot last waited under each pod for a queue cell, before it lifted the pod."""
         self.beneath_for: dict[int, list[Span]] = {}
@@ -173,12 +173,16 @@ class Robots:
         return self.charging if known.low or (state == CHARGING and known.goal is not None) else self.free
 
     def _fails(self, event: RobotDown) -> None:
-        self.down.add(event.tick, 1)
         self._turn(event.robot, DOWN, event.tick)
+        self._count_down(event.tick)
 
     def _repaired(self, event: RobotUp) -> None:
-        self.down.add(event.tick, -1)
         self._turn(event.robot, self._resting(event.robot), event.tick)
+        self._count_down(event.tick)
+
+    def _count_down(self, tick: int) -> None:
+        number = sum(robot.state == DOWN for robot in self._robots[: self.on_duty.number])
+        self.down.add(tick, number - self.down.number)
 
     def _decided(self, event: DecisionMade) -> None:
         """Count robots anew whose batteries change while they stand."""
@@ -243,6 +247,7 @@ class Robots:
                 self._turn(i, self._resting(i), event.tick)
             else:
                 self._count(i, event.tick)
+        self._count_down(event.tick)
 
     def _resting(self, robot: int) -> str:
         if self._battery and self._warehouse.robots[robot].cell in self._chargers - self._broken:

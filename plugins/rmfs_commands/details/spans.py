@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from rmfs_core.clock import TICKS_PER_S, to_seconds
 from rmfs_core.events import Event
 from rmfs_core.info import RunInfo
+from rmfs_core.timetable import Timetable
 
 TICKS_PER_HOUR = 3600 * TICKS_PER_S
 Span = tuple[int, int]
@@ -52,6 +53,18 @@ def merged(spans: Iterable[Span]) -> list[Span]:
         elif begin < end:
             found.append((begin, end))
     return found
+
+
+def open_spans(hours: Timetable, begin: int, end: int) -> list[Span]:
+    """Return when a timetable is open between two times."""
+    spans, tick = [], begin
+    while tick < end:
+        change = hours.next_change(tick)
+        until = end if change is None else min(change, end)
+        if hours.at(tick):
+            spans.append((tick, until))
+        tick = until
+    return merged(spans)
 
 
 def within(spans: Iterable[Span], begin: int, end: int) -> list[Span]:

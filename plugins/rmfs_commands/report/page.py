@@ -217,10 +217,14 @@ def _late(run: Run) -> list[Mapping[str, Any]]:
 
 
 def _station(row: Row) -> tuple[str, ...]:
-    times = [row[f"{does}_s"] for does in PICKERS if f"{does}_s" in row]
-    shares = (f"{100 * time / sum(times):.0f} %" if sum(times) else "-" for time in times)
+    shown = {does: row[f"{does}_s"] for does in PICKERS if f"{does}_s" in row}
+    out = shown.pop("down", None) if "open_s" in row else None
+    whole = sum(shown.values())
+    shares = [f"{100 * time / whole:.0f} %" if whole else "-" for time in shown.values()]
+    times = shares if out is None else [*shares, f"{out / 3600:.1f} h"]  # outages go on while it is closed
+    name = row["station"] if row.get("open_s") != 0 else f"{row['station']} (never open)"
     counts = (f"{row['picks']:,.0f}", f"{row['visits']:,.0f}")
-    return (row["station"], *counts, *shares, f"{row['queue_mean']:.1f}", f"{row['queue_max']:.0f}")
+    return (name, *counts, *times, f"{row['queue_mean']:.1f}", f"{row['queue_max']:.0f}")
 
 
 def _work(run: Run) -> list[Markup]:
@@ -230,8 +234,9 @@ def _work(run: Run) -> list[Markup]:
             for state, (name, colour) in does.items()
         ]
 
+    stations = [{**row, "down_s": 0.0} if "open_s" in row else row for row in run.stations]
     return [
-        stacked("What pickers did", [row["station"] for row in run.stations], parts(run.stations, PICKERS), "station"),
+        stacked("What pickers did", [row["station"] for row in stations], parts(stations, PICKERS), "station"),
         stacked("What robots did", [row["robot"] for row in run.robots], parts(run.robots, ROBOTS), "robot"),
     ]
 

@@ -124,6 +124,8 @@ def sentences_of(answer: Answer, costs: Costs | None) -> Iterator[str]:
         yield f"Undecided after {len(target.seeds)} seeds: {listed(sizes)}; more --seeds may tell."
     if answer.things is BOXES:
         yield "Packers and boxes are those of each packing station."
+        if {one.boxes for one in answer.candidates} - {None} == {0}:
+            yield "No order was split in these runs, so that with these rules the number of boxes makes no difference."
     if answer.other_rules is not None:
         yield other_rules(answer, answer.other_rules)
     if answer.at_once:

@@ -192,8 +192,9 @@ def size(
     """
     kind, ranges = (Worlds, (stations, robots)) if packers is boxes is None else (PackingWorlds, (packers, boxes))
     worlds = kind(scenario, target.seeds[:FIRST_LOOK])
-    target.check(worlds.instances)
     numbers, (few, many) = worlds.ranges(*ranges)
+    of_each = zip((worlds.things.first, worlds.things.second), (len(numbers) > 1, few < many), strict=True)
+    target.check(worlds.instances, [plural for (_, plural), several in of_each if several])
     impossible: dict[int, str] = {}
     for number in numbers:
         why = worlds.overload(number) or worlds.obstacle(number, many, target)

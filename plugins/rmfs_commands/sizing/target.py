@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import NoReturn
 
-from attrs import frozen
+from attrs import evolve, frozen
 
 from rmfs_commands.details.catalogue import DEPARTURES, FROM_ORDERS, LATENESS, MEASURES, METRICS, MORE_IS_BETTER
 from rmfs_commands.results.figures import show
@@ -19,8 +19,8 @@ KNOWN = {metric.name: metric for group in METRICS.values() for metric in group} 
 ON_TIME = "on_time_percent_priority_"
 """Before a priority: it may be any."""
 
-_RAISED = frozenset({"cost_total", "cost_per_order", "cost_robots_per_order", "cost_packers_per_order"})
-"""Metrics that more robots or packers raise: the search, from the most on, would miss sizes that keep a limit."""
+_COSTS = {"stations": "cost_pickers_per_order", "robots": "cost_robots_per_order", "packers": "cost_packers_per_order"}
+"""Costs that more of a thing raises, as all costs: the search, from the most on, would miss sizes that keep them."""
 
 EXPECTED = "expected one of which less is better, such as turnover_p95_s"
 
@@ -51,16 +51,19 @@ class Target:
         """Its name in messages."""
         return f"--most {self.metric}={self.most:g}"
 
-    def check(self, instances: Collection[Instance]) -> None:
-        """Raise `InputError` for a metric of which "at most" says nothing, whatever is run, with these orders."""
+    def check(self, instances: Collection[Instance], sought: Collection[str] = ()) -> None:
+        """Raise `InputError` for a metric of which "at most" says nothing, whatever is run, with these orders.
+
+        ``sought`` names the things of which several numbers are tried.
+        """
         if self.metric in MORE_IS_BETTER or self.metric.startswith(ON_TIME):
             raise InputError(self.option, f"more of `{self.metric}` is better; {EXPECTED}")
         if self.metric in FROM_ORDERS:
             raise InputError(self.option, f"`{self.metric}` is the same for every number of robots; {EXPECTED}")
-        if self.metric in _RAISED:
-            problem = (
-                f"more robots or packers raise `{self.metric}`; expected one that they lower, such as turnover_p95_s"
-            )
+        costs = {thing: ("cost_total", "cost_per_order", own) for thing, own in _COSTS.items() if thing in sought}
+        if raising := [thing for thing, raised in costs.items() if self.metric in raised]:
+            more = f"more {' or '.join(raising)} raise `{self.metric}`"
+            problem = f"{more}; expected a metric that they lower, such as turnover_p95_s"
             cheapest = "of the sizes that keep it the answer names the one in which an order costs least"
             raise InputError(self.option, f"{problem}: {cheapest}")
         if self.most < 0 and self.metric in KNOWN:
@@ -90,8 +93,8 @@ class Target:
         return f"{parent.partition(',')[0]}, {label.strip()}"
 
     def shown(self, value: float) -> str:
-        """Return one of its values without the unit."""
-        return show(self.described, float(value))
+        """Return one of its values without the unit; of numbers these are means, with a digit after the point."""
+        return show(evolve(self.described, digits=max(self.described.digits, 1)), float(value))
 
     def with_unit(self, value: float) -> str:
         """Return one of its values."""

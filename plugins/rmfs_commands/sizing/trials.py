@@ -38,6 +38,8 @@ class Candidate:
         Runs that an error ended.
     costs
         Cost per order in each of these runs; empty where the scenario names no costs.
+    boxes
+        The most boxes that split orders had at the same time in these runs; None where none was measured.
     """
 
     first: int
@@ -48,6 +50,7 @@ class Candidate:
     reason: str | None = None
     failed: int = 0
     costs: tuple[float, ...] = ()
+    boxes: float | None = None
 
 
 @frozen(eq=False)
@@ -123,7 +126,9 @@ class Trials:
                 return evolve(found, verdict=Verdict.FAILS, estimate=None, reason=reason, failed=failed)
             of_seeds = estimate([row[target.metric] for row in rows], target.confidence, len(looked))
             costs = tuple(row[COST] for row in rows if row.get(COST) is not None)
-            found = evolve(found, estimate=of_seeds, verdict=of_seeds.verdict(target.most), costs=costs)
+            boxes = max((row["boxes_max"] for row in rows if row.get("boxes_max") is not None), default=None)
+            verdict = of_seeds.verdict(target.most)
+            found = evolve(found, estimate=of_seeds, verdict=verdict, costs=costs, boxes=boxes)
             if found.verdict is not Verdict.UNDECIDED:
                 break
         return found

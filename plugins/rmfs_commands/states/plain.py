@@ -171,9 +171,10 @@ class StationMemento:
     def of(cls, station: Station, now: int) -> StationMemento:
         """Return what a station is now, at this tick."""
         requests = tuple(
-            RequestMemento(r.id + i, r.order.id, r.sku, None if r.pod is None else r.pod.id)
+            RequestMemento(number, *shared)
             for r in station.open_requests
-            for i in range(r.items)
+            for shared in [(r.order.id, r.sku, None if r.pod is None else r.pod.id)]  # read once for all items
+            for number in range(r.id, r.id + r.items)
         )
         inbound = tuple(pod.id for pod in station.inbound_pods)
         kind = station.name, station.capacity, station.counts_orders, station.queue_length

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 from typing import Any
 
-from attrs import define, frozen
+from attrs import define, field, frozen
 
 from rmfs_commands.states.rebuilding import OpenState, open_state
 from rmfs_commands.states.recorded import Recorded
@@ -21,6 +21,9 @@ Content = Mapping[str, Any]
 
 _OF_STATIONS = {"item_capacity", "order_capacity", "staffed", "active", "in_service"}
 """Attributes of a station that determine its free capacity, besides what is assigned there."""
+
+LONG_S = 600
+"""From so many seconds on it is told that no rule was asked: it is not while stations are full, mostly for less."""
 
 
 @frozen
@@ -69,15 +72,29 @@ class _Waiting:
         )
 
 
+def _folded(waits: Sequence[_Waiting]) -> Iterator[_Waiting]:
+    """Yield waits one after another; those for reasons that return are one, with all of these reasons."""
+    at = 0
+    while at < len(waits):
+        last = max(i for i, one in enumerate(waits) if one.reason == waits[at].reason)
+        reasons = dict.fromkeys(one.reason for one in waits[at : last + 1])
+        while len(reasons) > 1 and last + 1 < len(waits) and waits[last + 1].reason in reasons:
+            last += 1
+        told = f"{'in turn: ' if len(reasons) > 1 else ''}{'; '.join(reasons)}"
+        yield _Waiting(waits[at].first, waits[last].last, told)
+        at = last + 1
+
+
 @define
 class _Story:
     """Decisions about an order, one by one."""
 
     order: str
-    waiting: _Waiting | None = None
+    waits: list[_Waiting] = field(factory=list)
     without_stock: _Waiting | None = None
     assigned: Recorded | None = None
-    asked: bool = False
+    asked_s: float | None = None
+    last: Recorded | None = None
     gone: bool = False
 
     def tell(self, decision: Recorded) -> Iterator[Episode]:
@@ -98,35 +115,50 @@ class _Story:
             since = f"waited for stock from {given['arrival_s']:,.0f} s"
             self.without_stock.reason = f"{since} to {decision.time_s:,.0f} s"
             yield self.without_stock.episode()
-            self.without_stock, self.asked = None, True
+            self.without_stock, self.asked_s = None, decision.time_s
         if given.get("cancelled"):
             yield from self.end()
-            self.waiting, self.gone = None, True
+            self.gone, self.last = True, None
             yield _episode(decision, f"cancelled before {decision.time_s:,.0f} s, with nothing of it assigned")
             return
+        self.last = decision
         here = [_episode(decision, what) for what in _done_for(decision, self.order)]
         if any(one["order"] == self.order for one in (decision.decision or {}).get("assignments", ())):
             self.assigned = decision
         reason = None
         if decision.decides.assigns:
-            if not self.asked and not given["parts"] and decision.time_s >= given["arrival_s"] + 1:
-                since = f"it arrived at {given['arrival_s']:,.0f} s; in this run no rule was asked to assign it before"
-                yield _episode(decision, f"{since} {decision.time_s:,.0f} s")
-            self.asked = True
+            told = self._unasked(given, decision.time_s)
+            self.asked_s = decision.time_s
             reason = _why_waiting(decision, self.order)
-            if self.waiting is not None and (reason != self.waiting.reason or here):
-                yield self.waiting.episode()
-                self.waiting = None
+            if told or here:
+                yield from self._waited()
+            if told:
+                yield _episode(decision, told)
         yield from here
         if reason is not None:
-            self.waiting = self.waiting or _Waiting(decision, decision, reason)
-            self.waiting.last = decision
+            if not self.waits or self.waits[-1].reason != reason:
+                self.waits.append(_Waiting(decision, decision, reason))
+            self.waits[-1].last = decision
+
+    def _unasked(self, given: Content, now_s: float) -> str | None:
+        """Say that until now no rule was asked to assign the order, where that is worth saying."""
+        if self.asked_s is not None:
+            told = f"between {self.asked_s:,.0f} s and {now_s:,.0f} s no rule was asked to assign it"
+            return told if now_s >= self.asked_s + LONG_S and _open_lines(given) else None
+        since = f"it arrived at {given['arrival_s']:,.0f} s; in this run no rule was asked to assign it before"
+        return f"{since} {now_s:,.0f} s" if not given["parts"] and now_s >= given["arrival_s"] + 1 else None
+
+    def _waited(self) -> Iterator[Episode]:
+        yield from (one.episode() for one in _folded(self.waits))
+        self.waits = []
 
     def end(self) -> Iterator[Episode]:
         """Yield what goes on when there is no more decision."""
-        for left in (self.without_stock, self.waiting):
-            if left is not None:
-                yield left.episode()
+        if self.without_stock is not None:
+            yield self.without_stock.episode()
+        yield from self._waited()
+        if (last := self.last) is not None and (told := self._unasked(last.content["orders"][self.order], last.time_s)):
+            yield _episode(last, told)
 
 
 def order_stories(decisions: Iterable[Recorded], orders: Iterable[str]) -> dict[str, list[Episode]]:
@@ -138,6 +170,7 @@ def order_stories(decisions: Iterable[Recorded], orders: Iterable[str]) -> dict[
             told[story.order] += story.tell(decision)
     for story in stories:
         told[story.order] += story.end()
+        told[story.order].sort(key=lambda episode: episode.number)
     return told
 
 

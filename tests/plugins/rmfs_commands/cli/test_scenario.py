@@ -366,6 +366,11 @@ def test_reorder_levels_that_are_raised_or_never_reached_are_noted(tmp_path: Pat
         "Note: the reorder point is raised of SKU mug from 4 to 7, as an order line wants 8 items of it.",
         "Note: `order_up_to` is more than all pods together have space for: SKU mug (13, and space for 12).",
     ]
+    given[3] = "instance.replenishment={process='reorder-point', reorder_point=4, order_up_to=10}"
+    assert check_scenario("examples/replenished", given, None, allow_inline=False).notes[2] == (
+        "Note: stock up to `order_up_to` of all SKUs needs space for 30, and all pods together have 24; bundles may "
+        "wait for space."
+    )
 
 
 def test_no_orders_are_noted_before_and_after_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

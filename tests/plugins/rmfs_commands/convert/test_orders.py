@@ -114,6 +114,9 @@ def test_dates_without_a_time_of_day(tmp_path, capsys, formats, days) -> None:
     converted(tmp_path, "\n".join(("o,s,t", f"1,a,{days[0]}", f"2,a,{days[2]}")), "--force", *formats)
     found = f'2 rows with a time of arrival that is a date alone: row 1 "{days[0]}", row 2 "{days[2]}"; --time-of-day'
     assert f"Taken as 00:00 of the day: {found} names the column" in capsys.readouterr().out
+    rows = [f"1,a,{days[0]},", f"2,a,{days[2]},"]
+    converted(tmp_path, "\n".join(("o,s,t,clock", *rows)), "--time-of-day clock --force", *formats)
+    assert f"Taken as 00:00 of the day: {found.partition(';')[0]}.\n" in capsys.readouterr().out
 
 
 def test_a_table_whose_first_rows_alone_are_headers(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

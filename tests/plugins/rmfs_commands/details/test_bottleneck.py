@@ -106,6 +106,17 @@ def test_each_cause_in_turn_is_the_limit(limit, more, overrides, options) -> Non
     assert 0 < saved <= before["gain"]["time_s"] + 0.001
 
 
+def test_outages_of_closed_stations_keep_no_order_waiting() -> None:
+    """Nearly all of the wait is for six o'clock, whether stations are out of service until then or not."""
+    found = bottleneck(*MANY, 'stations.open=[["06:00","22:00"]]', OUTAGES % (0.5, 1800))
+    without = bottleneck(*MANY, 'stations.open=[["06:00","22:00"]]')
+    assert found["causes_percent"]["hours"] == pytest.approx(without["causes_percent"]["hours"], abs=3)
+    assert found["pickers_percent"]["down"] < 60
+    night = 'robots.available=[["22:00","06:00",1],["06:00","22:00"]]'
+    of_robots = bottleneck("instance.orders=60", "robots.count=8", night, FAILURES % (1, 3600))["causes_percent"]
+    assert of_robots["outages"] < 2 < of_robots["robots"]  # seven fail off duty, too
+
+
 def test_nothing_limits_a_quiet_warehouse() -> None:
     found = bottleneck(*MANY, "instance.arrivals={process='poisson', orders_per_hour=20}")
     assert (found["limit"], found["gain"]) == (None, None)
@@ -154,6 +165,14 @@ def test_orders_before_the_warm_up_are_told(tmp_path: Path) -> None:
         ]
 
 
+def test_packers_off_duty_are_told() -> None:
+    """They begin after two hours, long after the last pick of most orders."""
+    given = ["instance.orders=30", "packing.packers=4", 'packing.open=[["02:00", "20:00"]]']
+    result = rmfs_core.run("examples/packing", overrides=given)
+    told = result.summary["bottleneck"]["says"][2]
+    assert told == "Packers are off duty for 99 % of the wait; longer hours may help."
+
+
 @pytest.mark.parametrize(
     ("overrides", "limit"), [(("packing.boxes=1", "packing.pack_s=600"), "packers"), (("packing.pack_s=1",), None)]
 )
@@ -196,6 +215,10 @@ def test_nothing_is_said_of_one_more_box() -> None:
     told = ["Boxes, 95 % reserved: from the last pick to packed 500 s on average."]
     assert [*packed.says("boxes", packed.one_more("boxes"))] == told
     assert set(packed.one_more("packers").values()) == {None}  # orders wait in peaks, for packers with time to spare
+    nothing = packed.one_more("packers")
+    assert len([*packed.says("packers", nothing)]) == 1
+    (_, told) = attrs.evolve(packed, off_duty_percent=51).says("packers", nothing)
+    assert told == "Packers are off duty for 51 % of the wait; longer hours may help."
     busy = attrs.evolve(packed, packers_percent=100)
     assert busy.one_more("packers")["throughput_percent"] == 25  # 5 for 4 who always work
 

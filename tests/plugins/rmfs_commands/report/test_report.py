@@ -177,6 +177,16 @@ def test_late_when_picked_and_when_packed_are_told_apart(runs: Callable[..., Pat
     assert f"Packed late, or due and not packed: {packed}." in page
 
 
+def test_a_station_that_never_opened_has_no_shares(runs: Callable[..., Path]) -> None:
+    run = read_run(runs("examples/packing", PACKING))
+    one, *others = run.stations
+    closed = one | dict.fromkeys(("busy_s", "waiting_s", "idle_s", "open_s"), 0.0) | {"down_s": 1800.0}
+    page = run_page(evolve(run, stations=[closed, *others]), 1, None)
+    name, _, _, *shares = table(page, "Stations and robots")[0][:7]
+    assert (name, shares) == ("1 (never open)", ["-", "-", "-", "0.5 h"])
+    assert "station 1: out of service" not in page
+
+
 def test_without_a_trace_the_page_says_what_is_missing(runs: Callable[..., Path]) -> None:
     folder = runs("examples/packing", PACKING)
     assert exit_code("report", str(folder), "--quiet") == 0

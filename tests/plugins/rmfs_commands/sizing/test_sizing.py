@@ -231,6 +231,7 @@ def test_names_of_metrics() -> None:
     target = Target("turnover_p95_s", 900)
     assert (target.label, target.with_unit(612.345)) == ("Turn-over time, p95", "612.3 s")
     assert Target("late_percent", 2).with_unit(2) == "2.0 %"
+    assert Target("late_packed", 2).with_unit(1.75) == "1.8"
     assert Target("late_percent", 2).label == "Late orders, of those due"
     assert Target("turnover_backlog_p95_s", 2).label == "Turn-over time, in the backlog, p95"
     assert Target("empty_distance_m", 2).label == "Distance, empty"
@@ -248,9 +249,15 @@ def test_what_can_be_asked_of_a_limit(poisson: Scenario) -> None:
     for metric in FROM_ORDERS:
         with pytest.raises(InputError, match=f"`{metric}` is the same for every number of robots"):
             Target(metric, 2).check(orders)
-    for metric in ("cost_total", "cost_per_order", "cost_robots_per_order", "cost_packers_per_order"):
-        with pytest.raises(InputError, match=f"more robots or packers raise `{metric}`; expected one .* costs least"):
-            Target(metric, 2).check(orders)
+    own = {"stations": "cost_pickers_per_order", "robots": "cost_robots_per_order", "packers": "cost_packers_per_order"}
+    for thing, metric in own.items():
+        for raised in ("cost_total", "cost_per_order", metric):
+            with pytest.raises(InputError, match=f"more {thing} raise `{raised}`; expected a metric .* costs least"):
+                Target(raised, 2).check(orders, [thing, "boxes"])
+        Target(metric, 2).check(orders, {*own} - {thing})
+    with pytest.raises(InputError, match="more stations or robots raise `cost_total`"):
+        Target("cost_total", 2).check(orders, ["stations", "robots"])
+    Target("cost_total", 2).check(orders, ["boxes"])
     Target("turnover_p95_s", 2).check(orders)
     Target("my_waits", 2).check(orders)
     for metric in ("turnover_p95_s", "late_percent", "stock_outs"):
@@ -465,6 +472,10 @@ def test_packers_and_boxes_are_sized(folder: Path, capsys: pytest.CaptureFixture
     assert "keep each packer busy for 1" in content["packers"][0]["reason"]
     assert content["cheapest"] == {"packers": 2, "boxes": 1, "cost": 8}
     assert "Packers and boxes are those of each packing station." in content["notes"]
+    whole = "No order was split in these runs, so that with these rules the number of boxes makes no difference."
+    assert whole not in content["notes"]
+    assert size_code("hall.toml", "--p95", "5000", *asked, "--json") == 0
+    assert whole in json.loads(capsys.readouterr().out)["notes"]
 
 
 def test_with_costs_the_cheapest_size_is_sought_beside_the_fewest_robots(folder, capsys) -> None:
@@ -510,6 +521,7 @@ def test_a_run_that_fails_ends_with_code_1(folder: Path, capsys: pytest.CaptureF
     (("--p95", "900", "--robots", "1-999"), "--robots: found 999; the layout has 80 storage locations"),
     (("--p95", "900", "--robot-cost", "3"), "--robot-cost and --station-cost together, or neither"),
     (("--p95", "900", "--set", "instance.pods=1000"), "1000 pods, but the layout has"),
+    (("--most", "cost_pickers_per_order=2", "--robots", "4"), "more stations raise `cost_pickers_per_order`; expected"),
     (("--p95", "900", "--boxes", "4"), "--packers, --boxes: the scenario has no packing stations; expected one with a"),
     (("--p95", "900", "--boxes", "4", "--robots", "4"), "expected --stations and --robots, or --packers and --boxes"),
     (("--p95", "9", "--boxes", "999999", "--set", "packing.boxes=1"), "--boxes: found 999,999; expected 100,000 at"),

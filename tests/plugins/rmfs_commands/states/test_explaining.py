@@ -275,6 +275,31 @@ def test_an_order_that_no_rule_was_asked_about_at_first() -> None:
     assert len(order_story([made(4, "POA", begun, {"assignments": []})], "A")) == 1
 
 
+def test_reasons_that_return_are_one_row() -> None:
+    """In turn, from the first to the last decision for any of them."""
+    other = {"assignments": [{"order": "B", "station": "s", "skus": ["milk", "tea"]}]}
+    nothing: Content = {"assignments": []}
+    decided = [(0, nothing), (2, other), (2, nothing), (2, other), (2, nothing), (0, other)]
+    decisions = [made(number, "POA", content(*one[:1]), one[1]) for number, one in enumerate(decided, 1)]
+    full, both = order_story(decisions[:5], "A")
+    assert (full.what, both.periods) == ("no station could take its 2 open items", (2, 5))
+    reasons = "it fitted a station, but the rule preferred others; it fitted a station, but the rule assigned nothing"
+    assert both.what == f"in turn: {reasons}"
+    (all_of_it,) = order_story(decisions, "A")
+    assert (all_of_it.number, all_of_it.times_s) == (1, (1.0, 6.0))
+
+
+def test_no_rule_was_asked_again_for_long() -> None:
+    decisions = [made(number, "POA", content(0), {"assignments": []}) for number in (1, 2, 500, 1100)]
+    waited, gap, again = order_story(decisions, "A")
+    assert (waited.times_s, again.times_s) == ((1.0, 500.0), (1100.0, 1100.0))
+    assert gap.what == "between 500 s and 1,100 s no rule was asked to assign it"
+    tasks = [made(number, "TA", content(0), {"tasks": []}) for number in (1100, 1700)]
+    assert order_story([*decisions, *tasks], "A")[-1].what.startswith("between 1,100 s and 1,700 s no rule was asked")
+    (never,) = order_story(tasks, "A")
+    assert never.what == "it arrived at 0 s; in this run no rule was asked to assign it before 1,700 s"
+
+
 def test_an_order_that_left_is_told_of_once() -> None:
     left = content(0)
     left["orders"]["A"]["cancelled"] = True
@@ -282,6 +307,11 @@ def test_an_order_that_left_is_told_of_once() -> None:
     assert [episode.what for episode in order_story(decisions, "A")] == [
         "no station could take its 2 open items",
         "cancelled before 2 s, with nothing of it assigned",
+    ]
+    never = [made(n, "TA", content(0) if n < 2000 else left, {"tasks": []}) for n in (1000, 2000, 3000)]
+    assert [episode.what.partition(" s")[0] for episode in order_story(never, "A")] == [
+        "it arrived at 0",
+        "cancelled before 2,000",
     ]
 
 
