@@ -623,6 +623,20 @@ def test_a_pod_stands_where_it_was_to_be_stored_wherever_its_robot_was_last_told
     assert state["pods"][store["pod"]]["cell"] == state["robots"][store["robot"]]["cell"] == store["cell"]
 
 
+def test_a_day_has_a_pod_that_was_lifted_where_it_stood_wherever_its_robot_was_told_to_be(
+    journal: Path, tmp_path: Path
+) -> None:
+    session = Hall(scenario := scenario_of(RULES["sequential"]), journal)
+    lift = until(session, "lift")
+    stood = session.state["pods"][lift["pod"]]["cell"]
+    tell(session, {"kind": "robot_at", "robot": lift["robot"], "cell": 0}, seconds=1)
+    assert tell(session, {"kind": "pod_lifted", "pod": lift["pod"]}, seconds=1)["dropped"] == []
+    assert session.state["robots"][lift["robot"]]["cell"] == stood
+    session.close()
+    run_day(scenario, journal, tmp_path / "day", ("trace",))
+    assert check_trace(tmp_path / "day").faults == []
+
+
 def test_a_robot_that_stores_a_pod_in_a_state_that_was_put_back_may_fail(session: Hall) -> None:
     store = until(session, "store")
     session.take({"after": session.seq, "state": json.loads(to_json(session.state))})
