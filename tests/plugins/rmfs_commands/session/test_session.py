@@ -239,6 +239,16 @@ def test_a_fact_counts_once(small: Told) -> None:
         hall.take(first)
 
 
+@cases("change", {"after": True}, {"time_s": True}, {"after": 1.0})
+def test_a_batch_with_true_for_1_is_not_the_last_one_again(small: Told, change: dict[str, Any]) -> None:
+    hall = Hall(small.scenario)
+    hall.take({"after": 0, "time_s": 1, "events": []})
+    answer = hall.take(last := {"after": 1, "time_s": 1, "events": []})
+    with pytest.raises(InputError, match=f"found {next(iter(change.values()))}; expected"):
+        hall.take(last | change)
+    assert hall.take(last) == answer
+
+
 BAD = """
         if any(order.name == "bad" for order in warehouse.backlog):
             raise ValueError("no")
