@@ -113,11 +113,13 @@ class HallProcesses:
             scenario = _scenario_in(content, hall)
         except InputError as error:
             return problem(422, str(error), error.place)
+        file, made = self._folder / f"{hall}{POSTED}", Reply(201, line_of({"session": hall, "seq": 0}))
         if hall in self._processes:
-            return problem(409, f'there is a hall "{hall}" already')
+            same = file.exists() and file.read_text(encoding="utf-8") == to_json(scenario)
+            begun = not same or json.loads((await self.ask(hall, {"get": "seq"})).content)["seq"]
+            return problem(409, f'there is a hall "{hall}" already') if begun else made
         if len(self._processes) >= MOST_HALLS:
             return problem(503, f"there are {MOST_HALLS} halls already; expected one ended first")
-        file = self._folder / f"{hall}{POSTED}"
         self._folder.mkdir(parents=True, exist_ok=True)
         write_text(file, to_json(scenario))
         process = self._processes[hall] = self._posted(hall, file)
@@ -126,10 +128,11 @@ class HallProcesses:
         except BaseException as error:
             del self._processes[hall]
             file.unlink()
+            await process.stop()
             if isinstance(error, InputError):
                 return problem(422, str(error), error.place)
             raise
-        return Reply(201, line_of({"session": hall, "seq": 0}))
+        return made
 
     async def end(self, hall: str, seq: int | None) -> Reply:
         """End a hall, if the last batch that it has taken is this one; its journal is kept under another name."""
@@ -141,14 +144,14 @@ class HallProcesses:
             return problem(409, f"If-Match: found {seq}; expected {last}, the last batch", seq=last)
         if (process := self._processes.pop(hall, None)) is None:
             raise EndedError("somebody else ends it")
-        await process.stop()
-        if hall in self._news:
-            self._news.pop(hall).set()
         (self._folder / f"{hall}{POSTED}").unlink(missing_ok=True)
         journal = self._folder / f"{hall}.jsonl"
         number = next(n for n in range(1, 1_000_000) if not (self._folder / f"{hall}.{n}.jsonl").exists())
         if journal.exists():
             journal.rename(self._folder / f"{hall}.{number}.jsonl")
+        if hall in self._news:
+            self._news.pop(hall).set()
+        await process.stop()  # not before: a hall that is made meanwhile has files of the same names
         return Reply(200, line_of({"seq": last}))
 
 

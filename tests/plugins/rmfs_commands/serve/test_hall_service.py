@@ -194,6 +194,33 @@ def test_a_batch_that_fails_is_answered_once_whatever_is_in_the_journal(tmp_path
     assert asyncio.run(asked()) == [(200, 1), (200, 2), (200, 3), (500, None), (200, 3)]
 
 
+def test_a_hall_is_made_once_and_ended_once_whoever_asks_meanwhile(tmp_path: Path) -> None:
+    """A request to make it again gets the first one's answer, as long as the hall has taken no batch."""
+    wanted, other = (json.dumps({"scenario": TABLES | more}).encode() for more in ({}, {"seed": 2}))
+
+    async def asked() -> list[int]:
+        halls = HallProcesses((), str(tmp_path), None)
+        asks = [
+            halls.make("a", wanted),
+            halls.ask("a", {"get": "seq"}),
+            halls.make("a", wanted),
+            halls.make("a", other),
+        ]
+        replies = await asyncio.gather(*asks)
+        replies.append(await halls.ask("a", b'{"after": 0, "time_s": 0, "events": []}'))
+        replies.append(await halls.make("a", wanted))
+        ending = asyncio.create_task(halls.end("a", None))
+        while "a" in halls.names:
+            await asyncio.sleep(0)
+        replies += await asyncio.gather(ending, halls.make("a", other))
+        replies.append(await halls.ask("a", {"get": "seq"}))
+        await halls.stop()
+        return [reply.status for reply in replies]
+
+    assert asyncio.run(asked()) == [201, 200, 201, 409, 200, 409, 200, 201, 200]
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["a.1.jsonl", f"a{POSTED}", "a.jsonl"]
+
+
 @cases(
     "tables problem",
     ('{"instance": ', f"a{POSTED}, line 1: this is no valid JSON"),
