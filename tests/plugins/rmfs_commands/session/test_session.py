@@ -216,6 +216,7 @@ def batch_of(**event: Any) -> dict[str, Any]:
     (batch_of(kind="pod_liftet"), "did you mean `pod_lifted`"),
     (batch_of(kind="handled", station=1), "events.0.station: found 1"),
     (batch_of(**{"kind": "handled", "station": "1", "x-weight": [float("inf")]}), "events.0.x-weight: has a number"),
+    (batch_of(**{"kind": "handled", "station": "1", "x-a": json.loads("[" * 101 + "]" * 101)}), "x-a: is nested too"),
     (batch_of(kind="handled", station="1", pod="1"), "is not a field"),
 )
 def test_a_batch_is_taken_whole_or_not_at_all(small: Told, batch: Any, problem: str) -> None:
