@@ -12,6 +12,7 @@ from rmfs_commands.results.files import to_json, write_text
 from rmfs_commands.serve.halls import POSTED, named
 from rmfs_commands.serve.process import EndedError, RuleProcess
 from rmfs_commands.serve.service import Reply, line_of, problem
+from rmfs_commands.session.facts import check_finite
 from rmfs_commands.states.state_json import parse_json
 from rmfs_core.errors import InputError
 
@@ -160,4 +161,5 @@ def _scenario_in(content: bytes, hall: str) -> Mapping[str, Any]:
     given = parse_json(content, "request")
     if not isinstance(given, dict) or not isinstance(given.get("scenario"), dict) or len(given) > 1:
         raise InputError("request", "expected an object with `scenario`, the tables of a scenario, and nothing else")
+    check_finite("request.scenario", given["scenario"])
     return given["scenario"]  # type: ignore[no-any-return]

@@ -169,6 +169,7 @@ def test_what_is_answered_is_what_is_described() -> None:
     "hall content status detail",
     ("a", b"{", 422, "no valid JSON"),
     ("a", b"[]", 422, "expected an object with `scenario`"),
+    ("a", b'{"scenario": {"seed": 1e400}}', 422, "has a number that is not finite"),
     ("a/b", b'{"scenario": {}}', 422, "expected NAME=SCENARIO"),
 )
 def test_what_cannot_be_made(tmp_path: Path, hall: str, content: bytes, status: int, detail: str) -> None:
