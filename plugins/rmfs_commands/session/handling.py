@@ -153,7 +153,7 @@ class Handling:
         if ("charge", found.id) not in self._floor.waits:
             raise ContradictionError(f"robot {robot} is not to be charged now", ("robot", robot))
         self._hear(found)
-        self._floor.happens("charge", found.id)
+        self._floor.charged(found)
 
     def _stands(self, robot: Robot, cell: Any) -> None:
         """Let a robot be where it lifts its pod or sets it down, if a late fact had it elsewhere."""

@@ -389,6 +389,20 @@ def test_robots_at_rest_and_at_chargers_are_so_in_a_state_that_is_put_back() -> 
         assert fact is None or tell(session, fact, seconds=5)["dropped"] == []
 
 
+def test_a_robot_is_charged_when_the_floor_says_so_and_no_battery_is_less_than_empty() -> None:
+    session = Hall(load_scenario("examples/charging", ("robots.count=1",)))
+    at = {"kind": "robot_at", "robot": "1", "charge": 0}
+    arrives = {"kind": "order_arrived", "order": "A", "lines": {"1": 1}}
+    rest = tell(session, at | {"cell": 0}, arrives)["commands"][-1]
+    tell(session, at | {"cell": rest["cell"]}, seconds=60)
+    fetch = tell(session, {"kind": "robot_charged", "robot": "1"}, seconds=60)["commands"][-1]  # faster than expected
+    assert (rest["kind"], fetch["kind"]) == ("move_robot", "fetch")
+    assert session.state["robots"]["1"]["charge"] == rest["charge"]
+    there = at | {"cell": session.state["pods"][fetch["pod"]]["cell"]}
+    tell(session, there, {"kind": "pod_lifted", "pod": fetch["pod"]}, seconds=60)
+    assert session.state["robots"]["1"]["charge"] == 0
+
+
 def test_what_is_in_doubt_stays_so_in_a_state_that_is_put_back(session: Hall) -> None:
     fetch = until(session, "fetch")
     tell(session, {"kind": "pod_locked", "pod": "7"}, {"kind": "robot_failed", "robot": fetch["robot"]})
