@@ -114,11 +114,12 @@ class HallProcesses:
             scenario = _scenario_in(content, hall)
         except InputError as error:
             return problem(422, str(error), error.place)
-        file, made = self._folder / f"{hall}{POSTED}", Reply(201, line_of({"session": hall, "seq": 0}))
+        file = self._folder / f"{hall}{POSTED}"
         if hall in self._processes:
             same = file.exists() and file.read_text(encoding="utf-8") == to_json(scenario)
-            begun = not same or json.loads((await self.ask(hall, {"get": "seq"})).content)["seq"]
-            return problem(409, f'there is a hall "{hall}" already') if begun else made
+            if same and not await self._seq(hall):
+                return Reply(201, line_of({"session": hall, "seq": 0}))
+            return problem(409, f'there is a hall "{hall}" already')
         if len(self._processes) >= MOST_HALLS:
             return problem(503, f"there are {MOST_HALLS} halls already; expected one ended first")
         self._folder.mkdir(parents=True, exist_ok=True)
@@ -133,7 +134,13 @@ class HallProcesses:
             if isinstance(error, InputError):
                 return problem(422, str(error), error.place)
             raise
-        return made
+        return Reply(201, line_of({"session": hall, "seq": await self._seq(hall)}))  # of a journal that was there
+
+    async def _seq(self, hall: str) -> int:
+        reply = await self.ask(hall, {"get": "seq"})
+        if reply.status != 200:
+            raise EndedError("somebody else ends it")
+        return int(json.loads(reply.content)["seq"])
 
     async def end(self, hall: str, seq: int | None) -> Reply:
         """End a hall, if the last batch that it has taken is this one; its journal is kept under another name."""

@@ -215,11 +215,14 @@ def test_a_hall_is_made_once_and_ended_once_whoever_asks_meanwhile(tmp_path: Pat
             await asyncio.sleep(0)
         replies += await asyncio.gather(ending, halls.make("a", other))
         replies.append(await halls.ask("a", {"get": "seq"}))
+        (tmp_path / "a.1.jsonl").rename(tmp_path / "b.jsonl")  # a hall that was not ended
+        replies.append(await halls.make("b", wanted))
         await halls.stop()
-        return [reply.status for reply in replies]
+        return [(reply.status, json.loads(reply.content).get("seq")) for reply in replies]
 
-    assert asyncio.run(asked()) == [201, 200, 201, 409, 200, 409, 200, 201, 200]
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["a.1.jsonl", f"a{POSTED}", "a.jsonl"]
+    made, begun, none = (201, 0), (200, 1), (409, None)
+    assert asyncio.run(asked()) == [made, (200, 0), made, none, begun, none, begun, made, (200, 0), (201, 1)]
+    assert sorted(file.name for file in tmp_path.iterdir()) == [f"a{POSTED}", "a.jsonl", f"b{POSTED}", "b.jsonl"]
 
 
 @cases(
