@@ -298,3 +298,16 @@ def test_an_end_whose_answer_was_lost_is_an_end(monkeypatch: pytest.MonkeyPatch)
     HallClient("http://127.0.0.1:1", "a").end()
     with pytest.raises(HallError):
         HallClient("http://127.0.0.1:1", "a", tries=1).end()
+
+
+def test_an_answer_that_was_lost_on_its_way_or_is_that_of_a_proxy_is_asked_for_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    told = [urllib.error.HTTPError("", code, "", Message(), io.BytesIO(b"<html>")) for code in (502, 403)]
+    replies = [http.client.IncompleteRead(b"{"), told[0], io.BytesIO(b'{"seq": 1}'), told[1]]
+    monkeypatch.setattr("urllib.request.urlopen", Mock(side_effect=replies))
+    monkeypatch.setattr("time.sleep", Mock())
+    hall = HallClient("http://127.0.0.1:1", "a")
+    assert hall.send(0, []) == {"seq": 1}
+    with pytest.raises(HallError, match="status 403"):
+        hall.send(1, [])
