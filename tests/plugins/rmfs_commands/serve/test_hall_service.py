@@ -93,6 +93,7 @@ def test_halls_over_http(serve: Serve, tmp_path: Path) -> None:
         ("PUT", "/b", {"If-Match": '"3"'}, 415, "expected application/json"),
         ("PATCH", "/b", {}, 405, "is not answered"),
         ("DELETE", "/b", {"If-Match": '"2"'}, 409, "expected 3, the last batch"),
+        ("DELETE", "/b", {"If-Match": '""'}, 422, "If-Match: expected"),
     ):
         found, _, problem = asked(method, path, headers)
         assert (found, told in problem["detail"]) == (status, True), problem
