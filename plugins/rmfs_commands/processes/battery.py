@@ -56,9 +56,9 @@ class Battery:
         return max(min(self.joules, self.low_j), self.joules - self.section.idle_w * seconds)
 
     def work(self, ticks: int, watts: float, charging: bool) -> None:
-        """Note work that ends now, and standing before it."""
+        """Note work that ends now, and standing before it; a floor may tell of less than that takes."""
         now = self.clock()
-        self.joules, self.since = self.left_j(now - ticks, charging) - watts * to_seconds(ticks), now
+        self.joules, self.since = max(self.left_j(now - ticks, charging) - watts * to_seconds(ticks), 0.0), now
 
     @property
     def left_now_j(self) -> float:

@@ -7,6 +7,8 @@ import time
 import urllib.error
 import urllib.request
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from http.client import HTTPException
 from typing import Any
 from urllib.parse import quote
 
@@ -94,13 +96,14 @@ class HallClient:
                 with urllib.request.urlopen(request, timeout=120) as reply:
                     return json.loads(reply.read())  # type: ignore[no-any-return]
             except urllib.error.HTTPError as error:
-                with error:
+                told: dict[str, Any] = {}
+                with error, suppress(ValueError, HTTPException):  # of a proxy, or not whole
                     told = json.loads(error.read())
                 if (method, error.code) == ("DELETE", 404) and tried > 1:
                     return {}  # it ended at a try before, whose answer was lost
-                if error.code not in (503, 504) or tried == self._tries:
+                if error.code not in (502, 503, 504) or tried == self._tries:
                     raise HallError(error.code, told) from None
-            except OSError:
+            except (OSError, HTTPException):
                 if tried == self._tries:
                     raise
             time.sleep(1.0)

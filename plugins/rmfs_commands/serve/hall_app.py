@@ -162,7 +162,7 @@ class HallApp:
 
     async def _end(self, request: Request) -> Response:
         said = _matched(request)
-        if said and not _is_number(said):
+        if "if-match" in request.headers and not _is_number(said):
             return response(problem(422, "If-Match: expected the number of the last batch, or no such header"))
         return response(await _told(self._halls.end(request.path_params["hall"], int(said) if said else None)))
 

@@ -12,6 +12,7 @@ from rmfs_commands.results.files import to_json, write_text
 from rmfs_commands.serve.halls import POSTED, named
 from rmfs_commands.serve.process import EndedError, RuleProcess
 from rmfs_commands.serve.service import Reply, line_of, problem
+from rmfs_commands.session.facts import check_finite
 from rmfs_commands.states.state_json import parse_json
 from rmfs_core.errors import InputError
 
@@ -113,11 +114,14 @@ class HallProcesses:
             scenario = _scenario_in(content, hall)
         except InputError as error:
             return problem(422, str(error), error.place)
+        file = self._folder / f"{hall}{POSTED}"
         if hall in self._processes:
+            same = file.exists() and file.read_text(encoding="utf-8") == to_json(scenario)
+            if same and not await self._seq(hall):
+                return Reply(201, line_of({"session": hall, "seq": 0}))
             return problem(409, f'there is a hall "{hall}" already')
         if len(self._processes) >= MOST_HALLS:
             return problem(503, f"there are {MOST_HALLS} halls already; expected one ended first")
-        file = self._folder / f"{hall}{POSTED}"
         self._folder.mkdir(parents=True, exist_ok=True)
         write_text(file, to_json(scenario))
         process = self._processes[hall] = self._posted(hall, file)
@@ -126,10 +130,17 @@ class HallProcesses:
         except BaseException as error:
             del self._processes[hall]
             file.unlink()
+            await process.stop()
             if isinstance(error, InputError):
                 return problem(422, str(error), error.place)
             raise
-        return Reply(201, line_of({"session": hall, "seq": 0}))
+        return Reply(201, line_of({"session": hall, "seq": await self._seq(hall)}))  # of a journal that was there
+
+    async def _seq(self, hall: str) -> int:
+        reply = await self.ask(hall, {"get": "seq"})
+        if reply.status != 200:
+            raise EndedError("somebody else ends it")
+        return int(json.loads(reply.content)["seq"])
 
     async def end(self, hall: str, seq: int | None) -> Reply:
         """End a hall, if the last batch that it has taken is this one; its journal is kept under another name."""
@@ -141,14 +152,14 @@ class HallProcesses:
             return problem(409, f"If-Match: found {seq}; expected {last}, the last batch", seq=last)
         if (process := self._processes.pop(hall, None)) is None:
             raise EndedError("somebody else ends it")
-        await process.stop()
-        if hall in self._news:
-            self._news.pop(hall).set()
         (self._folder / f"{hall}{POSTED}").unlink(missing_ok=True)
         journal = self._folder / f"{hall}.jsonl"
         number = next(n for n in range(1, 1_000_000) if not (self._folder / f"{hall}.{n}.jsonl").exists())
         if journal.exists():
             journal.rename(self._folder / f"{hall}.{number}.jsonl")
+        if hall in self._news:
+            self._news.pop(hall).set()
+        await process.stop()  # not before: a hall that is made meanwhile has files of the same names
         return Reply(200, line_of({"seq": last}))
 
 
@@ -157,4 +168,5 @@ def _scenario_in(content: bytes, hall: str) -> Mapping[str, Any]:
     given = parse_json(content, "request")
     if not isinstance(given, dict) or not isinstance(given.get("scenario"), dict) or len(given) > 1:
         raise InputError("request", "expected an object with `scenario`, the tables of a scenario, and nothing else")
+    check_finite("request.scenario", given["scenario"])
     return given["scenario"]  # type: ignore[no-any-return]

@@ -108,6 +108,10 @@ class RuleProcess:
         InputError
             When one of them cannot be had.
         """
+        async with self._turn:  # requests that come meanwhile wait for it
+            await self._start()
+
+    async def _start(self) -> None:
         pipes: dict[str, Any] = {"stdin": asyncio.subprocess.PIPE, "stdout": asyncio.subprocess.PIPE}
         # A session of its own: Ctrl-C is for the service, which ends it, and all that rules have started there.
         process = await asyncio.create_subprocess_exec(*self._command, **pipes, start_new_session=True)
@@ -199,7 +203,7 @@ class RuleProcess:
 
     async def _start_again(self) -> None:
         try:
-            await self.start()
+            await self._start()
         except InputError as error:
             raise EndedError(f"the rules cannot be loaded again: {error}") from error
         self.restarts += 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import islice
 from typing import Any, NamedTuple
 
@@ -18,6 +18,8 @@ MOST_EVENTS = 10_000
 """Events in a batch."""
 OWN = "x-"
 """Beginning of the names of a caller's own fields, which come back with the answer."""
+MOST_DEEP = 100
+"""Levels of nesting of such a field, so that whatever has it in its answer can be read."""
 MOST = 1_000_000_000
 """Items, ids and priorities."""
 
@@ -165,7 +167,16 @@ def own_of(place: str, given: Mapping[str, Any]) -> dict[str, Any]:
     own = {name: value for name, value in given.items() if name.startswith(OWN)}
     for name, value in own.items():
         check_finite(f"{place}.{name[:40]}", value)
+        level = [value]
+        for _ in range(MOST_DEEP):
+            level = [inner for one in level for inner in _within(one)]
+        if level:
+            raise InputError(f"{place}.{name[:40]}", f"is nested too deeply; expected {MOST_DEEP} levels at most")
     return own
+
+
+def _within(value: Any) -> Iterable[Any]:
+    return value.values() if isinstance(value, Mapping) else value if isinstance(value, list) else ()
 
 
 def check_finite(place: str, value: Any) -> None:

@@ -305,6 +305,13 @@ class Floor(Simulation):
         if wait is not None and wait.what == cell:
             self.happens("drive", robot.id)
 
+    def charged(self, robot: Robot) -> None:
+        """Let a robot be charged as far as it was to be, however long that would have taken, and go on."""
+        battery, share = self.warehouse.battery_of(robot), self.stories[robot.id][2]
+        if battery is not None and battery.ticks_to(share):
+            battery.joules, battery.since = max(share * battery.capacity_j, battery.low_j), self.now
+        self.happens("charge", robot.id)
+
     def queue(self, robot: Robot, station: Station) -> None:
         """Let a robot stand at the end of a line."""
         self.warehouse.join_line(robot, station)

@@ -153,11 +153,17 @@ class Handling:
         if ("charge", found.id) not in self._floor.waits:
             raise ContradictionError(f"robot {robot} is not to be charged now", ("robot", robot))
         self._hear(found)
-        self._floor.happens("charge", found.id)
+        self._floor.charged(found)
+
+    def _stands(self, robot: Robot, cell: Any) -> None:
+        """Let a robot be where it lifts its pod or sets it down, if a late fact had it elsewhere."""
+        if robot.cell != cell:
+            self._floor.drive(robot, cell, robot.heading)
 
     def _pod_lifted(self, pod: str) -> None:
-        _, robot = self._carried(pod)
+        found, robot = self._carried(pod)
         self._awaited(robot, "lift", f'pod "{pod}" is not to be lifted now', pod)
+        self._stands(robot, found.location)
         self._floor.happens("lift", robot.id)
 
     def _bound(self, pod: str, station: str) -> tuple[Robot, Station]:
@@ -211,8 +217,7 @@ class Handling:
         goal = self._floor.stories[robot.id][2]
         if goal != cell:
             raise ContradictionError(f'pod "{pod}" is to be set down in cell {goal}, not {cell}', ("pod", pod))
-        if robot.cell != goal:  # a late fact had it elsewhere
-            self._floor.drive(robot, goal, robot.heading)
+        self._stands(robot, goal)
         self._floor.happens("set", robot.id)
         return False
 

@@ -155,6 +155,7 @@ OF_FLOOR = frozenset(
         *("not-straight", "heading", "turn-time", "too-fast", "too-slow", "wall", "one-way", "queue-lane"),
         *("through-stored-pod", "storage-crossed", "queue-passed", "joined-late", "bundle-arrival", "station-hours"),
         *("lift-time", "pick-time", "handle-time", "store-time", "conveyor-time", "tote", "put", "pack-time"),
+        "time-overlap",
     )
 )
 """Kinds that are no faults of a real day: ways and times are the floor's, and so is when bundles and stations come."""

@@ -93,6 +93,7 @@ def test_halls_over_http(serve: Serve, tmp_path: Path) -> None:
         ("PUT", "/b", {"If-Match": '"3"'}, 415, "expected application/json"),
         ("PATCH", "/b", {}, 405, "is not answered"),
         ("DELETE", "/b", {"If-Match": '"2"'}, 409, "expected 3, the last batch"),
+        ("DELETE", "/b", {"If-Match": '""'}, 422, "If-Match: expected"),
     ):
         found, _, problem = asked(method, path, headers)
         assert (found, told in problem["detail"]) == (status, True), problem
@@ -169,6 +170,7 @@ def test_what_is_answered_is_what_is_described() -> None:
     "hall content status detail",
     ("a", b"{", 422, "no valid JSON"),
     ("a", b"[]", 422, "expected an object with `scenario`"),
+    ("a", b'{"scenario": {"seed": 1e400}}', 422, "has a number that is not finite"),
     ("a/b", b'{"scenario": {}}', 422, "expected NAME=SCENARIO"),
 )
 def test_what_cannot_be_made(tmp_path: Path, hall: str, content: bytes, status: int, detail: str) -> None:
@@ -192,6 +194,36 @@ def test_a_batch_that_fails_is_answered_once_whatever_is_in_the_journal(tmp_path
         return [(reply.status, json.loads(reply.content).get("seq")) for reply in replies]
 
     assert asyncio.run(asked()) == [(200, 1), (200, 2), (200, 3), (500, None), (200, 3)]
+
+
+def test_a_hall_is_made_once_and_ended_once_whoever_asks_meanwhile(tmp_path: Path) -> None:
+    """A request to make it again gets the first one's answer, as long as the hall has taken no batch."""
+    wanted, other = (json.dumps({"scenario": TABLES | more}).encode() for more in ({}, {"seed": 2}))
+
+    async def asked() -> list[int]:
+        halls = HallProcesses((), str(tmp_path), None)
+        asks = [
+            halls.make("a", wanted),
+            halls.ask("a", {"get": "seq"}),
+            halls.make("a", wanted),
+            halls.make("a", other),
+        ]
+        replies = await asyncio.gather(*asks)
+        replies.append(await halls.ask("a", b'{"after": 0, "time_s": 0, "events": []}'))
+        replies.append(await halls.make("a", wanted))
+        ending = asyncio.create_task(halls.end("a", None))
+        while "a" in halls.names:
+            await asyncio.sleep(0)
+        replies += await asyncio.gather(ending, halls.make("a", other))
+        replies.append(await halls.ask("a", {"get": "seq"}))
+        (tmp_path / "a.1.jsonl").rename(tmp_path / "b.jsonl")  # a hall that was not ended
+        replies.append(await halls.make("b", wanted))
+        await halls.stop()
+        return [(reply.status, json.loads(reply.content).get("seq")) for reply in replies]
+
+    made, begun, none = (201, 0), (200, 1), (409, None)
+    assert asyncio.run(asked()) == [made, (200, 0), made, none, begun, none, begun, made, (200, 0), (201, 1)]
+    assert sorted(file.name for file in tmp_path.iterdir()) == [f"a{POSTED}", "a.jsonl", f"b{POSTED}", "b.jsonl"]
 
 
 @cases(
@@ -267,3 +299,16 @@ def test_an_end_whose_answer_was_lost_is_an_end(monkeypatch: pytest.MonkeyPatch)
     HallClient("http://127.0.0.1:1", "a").end()
     with pytest.raises(HallError):
         HallClient("http://127.0.0.1:1", "a", tries=1).end()
+
+
+def test_an_answer_that_was_lost_on_its_way_or_is_that_of_a_proxy_is_asked_for_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    told = [urllib.error.HTTPError("", code, "", Message(), io.BytesIO(b"<html>")) for code in (502, 403)]
+    replies = [http.client.IncompleteRead(b"{"), told[0], io.BytesIO(b'{"seq": 1}'), told[1]]
+    monkeypatch.setattr("urllib.request.urlopen", Mock(side_effect=replies))
+    monkeypatch.setattr("time.sleep", Mock())
+    hall = HallClient("http://127.0.0.1:1", "a")
+    assert hall.send(0, []) == {"seq": 1}
+    with pytest.raises(HallError, match="status 403"):
+        hall.send(1, [])

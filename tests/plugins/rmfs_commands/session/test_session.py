@@ -216,6 +216,7 @@ def batch_of(**event: Any) -> dict[str, Any]:
     (batch_of(kind="pod_liftet"), "did you mean `pod_lifted`"),
     (batch_of(kind="handled", station=1), "events.0.station: found 1"),
     (batch_of(**{"kind": "handled", "station": "1", "x-weight": [float("inf")]}), "events.0.x-weight: has a number"),
+    (batch_of(**{"kind": "handled", "station": "1", "x-a": json.loads("[" * 101 + "]" * 101)}), "x-a: is nested too"),
     (batch_of(kind="handled", station="1", pod="1"), "is not a field"),
 )
 def test_a_batch_is_taken_whole_or_not_at_all(small: Told, batch: Any, problem: str) -> None:
@@ -237,6 +238,16 @@ def test_a_fact_counts_once(small: Told) -> None:
     assert (again["commands"], again["dropped"], again["seq"]) == ([], [], 2)
     with pytest.raises(StaleBatchError, match="found 0; expected 2"):
         hall.take(first)
+
+
+@cases("change", {"after": True}, {"time_s": True}, {"after": 1.0})
+def test_a_batch_with_true_for_1_is_not_the_last_one_again(small: Told, change: dict[str, Any]) -> None:
+    hall = Hall(small.scenario)
+    hall.take({"after": 0, "time_s": 1, "events": []})
+    answer = hall.take(last := {"after": 1, "time_s": 1, "events": []})
+    with pytest.raises(InputError, match=f"found {next(iter(change.values()))}; expected"):
+        hall.take(last | change)
+    assert hall.take(last) == answer
 
 
 BAD = """
@@ -376,6 +387,20 @@ def test_robots_at_rest_and_at_chargers_are_so_in_a_state_that_is_put_back() -> 
         assert ([one["kind"] for one in answer["commands"]], after["robots"]) == ([], before["robots"])
         assert [one["awaits"] for one in after["session"]["awaited"] if one["robot"] == "1"] == [awaits][: bool(awaits)]
         assert fact is None or tell(session, fact, seconds=5)["dropped"] == []
+
+
+def test_a_robot_is_charged_when_the_floor_says_so_and_no_battery_is_less_than_empty() -> None:
+    session = Hall(load_scenario("examples/charging", ("robots.count=1",)))
+    at = {"kind": "robot_at", "robot": "1", "charge": 0}
+    arrives = {"kind": "order_arrived", "order": "A", "lines": {"1": 1}}
+    rest = tell(session, at | {"cell": 0}, arrives)["commands"][-1]
+    tell(session, at | {"cell": rest["cell"]}, seconds=60)
+    fetch = tell(session, {"kind": "robot_charged", "robot": "1"}, seconds=60)["commands"][-1]  # faster than expected
+    assert (rest["kind"], fetch["kind"]) == ("move_robot", "fetch")
+    assert session.state["robots"]["1"]["charge"] == rest["charge"]
+    there = at | {"cell": session.state["pods"][fetch["pod"]]["cell"]}
+    tell(session, there, {"kind": "pod_lifted", "pod": fetch["pod"]}, seconds=60)
+    assert session.state["robots"]["1"]["charge"] == 0
 
 
 def test_what_is_in_doubt_stays_so_in_a_state_that_is_put_back(session: Hall) -> None:
@@ -621,6 +646,20 @@ def test_a_pod_stands_where_it_was_to_be_stored_wherever_its_robot_was_last_told
     assert tell(session, stored)["dropped"] == []
     state = session.state
     assert state["pods"][store["pod"]]["cell"] == state["robots"][store["robot"]]["cell"] == store["cell"]
+
+
+def test_a_day_has_a_pod_that_was_lifted_where_it_stood_wherever_its_robot_was_told_to_be(
+    journal: Path, tmp_path: Path
+) -> None:
+    session = Hall(scenario := scenario_of(RULES["sequential"]), journal)
+    lift = until(session, "lift")
+    stood = session.state["pods"][lift["pod"]]["cell"]
+    tell(session, {"kind": "robot_at", "robot": lift["robot"], "cell": 0}, seconds=1)
+    assert tell(session, {"kind": "pod_lifted", "pod": lift["pod"]}, seconds=1)["dropped"] == []
+    assert session.state["robots"][lift["robot"]]["cell"] == stood
+    session.close()
+    run_day(scenario, journal, tmp_path / "day", ("trace",))
+    assert check_trace(tmp_path / "day").faults == []
 
 
 def test_a_robot_that_stores_a_pod_in_a_state_that_was_put_back_may_fail(session: Hall) -> None:
