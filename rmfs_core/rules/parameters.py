@@ -13,11 +13,11 @@ from typing import Any
 import attrs
 
 from rmfs_core.entrypoints import hints_of, kinds_of
-from rmfs_core.errors import InputError
+from rmfs_core.errors import InputError, refusing
 from rmfs_core.rules.parts import FileProblem, find_file, parts_now
 from rmfs_core.scenario.structuring import strict_converter
 from rmfs_core.scenario.tomltext import shown
-from rmfs_core.wording import did_you_mean, listed, one_line
+from rmfs_core.wording import did_you_mean, listed
 
 MOST, MOST_NESTED = 1e12, 20
 """Numbers are smaller: rules count in 64 bits (infinite: if metadata has ``infinite``); tables in one another."""
@@ -80,13 +80,12 @@ def build(rule: type, values: Mapping[str, Any], place: str, rule_name: str) -> 
     named = {name: field.default for name, field in valid.items() if isinstance(field.default, Path)}
     given = {**{name: str(default) for name, default in named.items()}, **values}
     ready = {name: _structure(valid[name], hints, value, f"{place}.{name}") for name, value in given.items()}
-    try:
-        return rule(**ready)
-    except Exception as error:
-        _blame_parameter(rule, ready, place)
-        if isinstance(error, ValueError | TypeError):
+    with refusing(place, f"{rule_name} cannot be created:", but=InputError):
+        try:
+            return rule(**ready)
+        except (ValueError, TypeError) as error:
+            _blame_parameter(rule, ready, place)
             raise InputError(place, f"{rule_name}: {_text(error)}") from error
-        raise InputError(place, f"{rule_name} cannot be created: {one_line(error)}") from error
 
 
 @lru_cache(maxsize=256)

@@ -13,7 +13,7 @@ from weakref import finalize
 from attrs import field, frozen
 
 from rmfs_core import entrypoints
-from rmfs_core.errors import InputError
+from rmfs_core.errors import InputError, is_interrupt
 from rmfs_core.scenario.rulenames import inline_parts, is_inline
 from rmfs_core.scenario.structuring import KeyProblem
 from rmfs_core.wording import did_you_mean, nearest, one_line
@@ -66,7 +66,7 @@ def source_of(rule: object) -> RuleSource:
     package = cls.__module__.partition(".")[0]
     for name, (entry, *others) in entrypoints.offers(entrypoints.RULES).items():
         if not others and entry.attr == cls.__qualname__ and entry.module.partition(".")[0] == package:
-            with suppress(Exception, SystemExit):
+            with suppress(InputError):
                 if entrypoints.load((entry,), "", "rule") is cls:
                     return RuleSource(name, cls, *entrypoints.origin(entry))
     return RuleSource(cls.__name__, cls, cls.__module__, OBJECT)
@@ -139,7 +139,7 @@ def _load_file(path: str, name: str, place: str) -> types.ModuleType:
             exec(compile(source, path, "exec"), module.__dict__)
     except BaseException as error:
         _forget({path: module})
-        if not isinstance(error, Exception | SystemExit):
+        if is_interrupt(error):
             raise
         raise InputError(place, f'rule "{name}": {path} cannot be loaded: {one_line(error)}') from error
     return module

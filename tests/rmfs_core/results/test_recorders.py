@@ -88,6 +88,7 @@ def test_only_recorders_that_are_switched_on_are_imported(record: Record, tmp_pa
         "class Recorder:\n    file = 'a.txt'\n    def __init__(self, path): pass",
         "cannot be made: TypeError: Recorder.__init__() missing 1 required positional argument: 'path'",
     ),
+    ("class Recorder:\n    file = 'a.txt'\n    def __init__(self): exit()", "cannot be made: SystemExit"),
     ("class Recorder:\n    file = 'a.txt'", "observer Recorder: it implements no observer hook"),
 )
 def test_a_broken_recorder_costs_one_sentence(source, problem, record, tmp_path, capsys) -> None:
