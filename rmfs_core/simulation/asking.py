@@ -97,14 +97,10 @@ class Observers:
         """Tell every observer that the run is over; return what they have measured, by name, and what they raised."""
         errors: list[BaseException] = []
         found: dict[str, float | None] = {}
-        for one in self._rules.told("run_ended"):
+        for hook, one in [(name, one) for name in ("run_ended", "measured") for one in self._rules.told(name)]:
             try:
-                self._ask(one, "run_ended", tick=self._warehouse.now, status=status)
-            except BaseException as error:
-                errors.append(error)
-        for one in self._rules.told("measured"):
-            try:
-                found.update(_numbers(self._ask(one, "measured"), found))
+                answer = self._ask(one, hook, tick=self._warehouse.now, status=status)
+                found.update(_numbers(answer, found) if hook == "measured" else {})
             except ImpossibleError as problem:
                 name = one.plugin.described or f"observer {type(one.plugin.instance).__name__}"
                 errors.append(fault(self._warehouse, name, "measured", str(problem)))

@@ -118,10 +118,8 @@ def covered(stations: Sequence[Station], first: int) -> None:
     for station in stations:
         for request in station.uncovered_requests:
             if request.id >= first:
-                raise ImpossibleError(
-                    f"assigned order {request.order.label} to station {station.label}, but no pod there or bound for "
-                    f"it has an item of SKU id {request.sku} left for it"
-                )
+                lacks = f"no pod there or bound for it has an item of SKU id {request.sku} left for it"
+                raise ImpossibleError(f"assigned order {request.order.label} to station {station.label}, but {lacks}")
 
 
 def wanted(trips: Sequence[tuple[Pod, Station]]) -> None:
