@@ -13,6 +13,7 @@ import numpy as np
 import pluggy
 
 from rmfs_core.clock import to_seconds
+from rmfs_core.entrypoints import format_module
 from rmfs_core.errors import InputError, RuleError, is_interrupt
 from rmfs_core.events import Event
 from rmfs_core.info import Question
@@ -95,12 +96,12 @@ class Observers:
 
     def end(self, status: str) -> tuple[dict[str, float | None], list[BaseException]]:
         """Tell every observer that the run is over; return what they have measured, by name, and what they raised."""
-        errors: list[BaseException] = []
-        found: dict[str, float | None] = {}
+        found, errors = dict[str, float | None](), list[BaseException]()
+        by_clock = format_module("results").timing(0, 0, 0, 0, (), ())
         for hook, one in [(name, one) for name in ("run_ended", "measured") for one in self._rules.told(name)]:
             try:
                 answer = self._ask(one, hook, tick=self._warehouse.now, status=status)
-                found.update(_numbers(answer, found) if hook == "measured" else {})
+                found.update(_numbers(answer, {**by_clock, **found}) if hook == "measured" else {})
             except ImpossibleError as problem:
                 name = one.plugin.described or f"observer {type(one.plugin.instance).__name__}"
                 errors.append(fault(self._warehouse, name, "measured", str(problem)))

@@ -422,6 +422,7 @@ LETTERS = "expected letters, digits and underscores."
     ({"a\n": 1}, rf"named a metric 'a\n'; {LETTERS}"),
     ({3: 3}, f"named a metric 3; {LETTERS}"),
     ({"picks": 3}, "named a metric 'picks', which exists already."),
+    ({"wall_s": 3}, "named a metric 'wall_s', which exists already."),
     ({"walks": "3"}, f"measured walks = '3'; {NUMBER}"),
     ({"walks": True}, f"measured walks = True; {NUMBER}"),
     ({"walks": np.bool_(True)}, f"measured walks = True; {NUMBER}"),
