@@ -134,9 +134,8 @@ def wanted(trips: Sequence[tuple[Pod, Station]]) -> None:
 def packing(warehouse: Warehouse, capacity: int | None, before: int) -> None:
     """Check that the split orders under way find a box at the packing stations, or are no more than ``before``."""
     if capacity is not None and warehouse.split_orders_open > max(capacity, before):
-        raise ImpossibleError(
-            f"left {warehouse.split_orders_open} split orders open at once; the packing stations hold {capacity}"
-        )
+        left = f"left {warehouse.split_orders_open} split orders open at once"
+        raise ImpossibleError(f"{left}; the packing stations hold {capacity}")
     split = warehouse.split_orders_open - before
     if split > 0 and (free := warehouse.free_boxes) is not None and split > free:
         raise ImpossibleError(f"split {counted(split, 'order')}; free boxes at the packing stations: {free}")
