@@ -14,7 +14,7 @@ import pluggy
 
 from rmfs_core.clock import to_seconds
 from rmfs_core.entrypoints import format_module
-from rmfs_core.errors import InputError, RuleError, is_interrupt
+from rmfs_core.errors import InputError, RmfsError, RuleError, is_interrupt
 from rmfs_core.events import Event
 from rmfs_core.info import Question
 from rmfs_core.rules import BoundRule, RuleSet
@@ -194,6 +194,10 @@ class Asker:
             return check()
         except ImpossibleError as problem:
             raise self.error(rule, str(problem), hook) from None
+        except BaseException as error:  # of an object in the answer: what is asked of it may do anything
+            if isinstance(error, RmfsError) or is_interrupt(error):
+                raise
+            raise self.error(rule, f"gave an answer that raised {raised(error, rule.instance)}", hook) from error
 
     def error(self, rule: BoundRule, problem: str, hook: pluggy.HookCaller | None = None) -> RuleError:
         """Return the error that names rule, distribution, hook, simulated time and the problem."""
