@@ -44,23 +44,21 @@ def parameters_of(rule: type) -> dict[str, attrs.Attribute[Any]]:
 
 
 def values_of(rule: object) -> dict[str, Any]:
-    """Return the parameters of a rule's object that are not its class's defaults, as a scenario would have them.
-
-    Of what is no plain value, such as a function or a list that holds itself, there is only its type.
-    """
-    values = {name: (field, _plain(getattr(rule, field.name))) for name, field in parameters_of(type(rule)).items()}
-    return {name: value for name, (field, value) in values.items() if value != _plain(field.default)}
+    """Return the parameters of a rule's object that are not its class's defaults, as a scenario would have them."""
+    values = {name: (field, plain(getattr(rule, field.name))) for name, field in parameters_of(type(rule)).items()}
+    return {name: value for name, (field, value) in values.items() if value != plain(field.default)}
 
 
-def _plain(value: Any, around: int = 0) -> Any:
+def plain(value: Any, around: int = 0) -> Any:
+    """Return a value as a scenario has it: a path as text, ``<type>`` for no plain value, such as a function."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, Path):
         return value.as_posix()
     if isinstance(value, list | tuple) and around < MOST_NESTED:
-        return [_plain(entry, around + 1) for entry in value]
+        return [plain(entry, around + 1) for entry in value]
     if isinstance(value, Mapping) and around < MOST_NESTED:
-        return {str(key): _plain(entry, around + 1) for key, entry in value.items()}
+        return {str(key): plain(entry, around + 1) for key, entry in value.items()}
     return f"<{type(value).__name__}>"
 
 
