@@ -78,6 +78,14 @@ def test_who_is_told_first_is_up_to_the_kernel(option: str, install: Install) ->
     )
 
 
+@pytest.mark.parametrize("body", ["def on_event(self, event): yield", "async def on_event(self, event): pass"])
+def test_a_hook_returns(body: str, install: Install) -> None:
+    install("acme", {"mine": "acme_rules:Mine"}, acme_rules=f"@define\nclass Mine:\n    @hookimpl\n    {body}\n")
+    assert refusal(observers=(RuleChoice("mine"),)) == (
+        "rules.observers[0]: class Mine: `on_event` yields or awaits; expected a method that returns"
+    )
+
+
 MINE = """
 import typing
 @define
