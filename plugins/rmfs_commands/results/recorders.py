@@ -46,7 +46,8 @@ def load_recorder(name: str) -> type[Recorder]:
     kind = entrypoints.load(known[name], place, "recorder")
     if not isinstance(kind, type) or not _is_plain(getattr(kind, "file", None)):
         described = entrypoints.describe("recorder", name, *entrypoints.origin(known[name][0]))
-        raise InputError(place, f"{described} is no recorder: expected a class with the name of its file as `file`")
+        expected = "expected a class with the name of its file as `file`, a plain name that no file of results has"
+        raise InputError(place, f"{described} is no recorder: {expected}")
     return kind
 
 

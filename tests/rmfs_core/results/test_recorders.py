@@ -84,6 +84,7 @@ def test_only_recorders_that_are_switched_on_are_imported(record: Record, tmp_pa
     ("raise SystemExit(1)", "cannot be imported from acme_log:Recorder: SystemExit: 1"),
     ("Recorder = 3", "is no recorder: expected a class with the name of its file as `file`"),
     ("class Recorder:\n    pass", "is no recorder: expected a class"),
+    ("class Recorder:\n    file = 'result.json'", "as `file`, a plain name that no file of results has"),
     (
         "class Recorder:\n    file = 'a.txt'\n    def __init__(self, path): pass",
         "cannot be made: TypeError: Recorder.__init__() missing 1 required positional argument: 'path'",
