@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable, Iterator
 from importlib import import_module
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 from xml.etree import ElementTree
 
 import numpy as np
@@ -287,6 +287,22 @@ class Observing:
     @rmfs_core.hookimpl
     def measured(self) -> object:
         return self.act() if self.hook == "measured" else {f"by_{self.hook}": 1}
+
+
+class Summing:
+    """Observer that puts into the summary what JSON cannot have."""
+
+    @rmfs_core.hookimpl
+    def run_started(self, run: Any) -> None:
+        endless: list[object] = []
+        endless.append(endless)
+        run.summary.update({"pairs": {(1, 2): 3.5}, "endless": endless, "good": [1]})
+
+
+def test_a_summary_that_json_cannot_have_does_not_lose_the_run(tmp_path: Path) -> None:
+    rmfs_core.run("examples/small", overrides=FEW, out=tmp_path, observers=[Summing()])
+    saved = load_result(tmp_path).summary
+    assert (saved["pairs"], saved["good"], "<list>" in str(saved["endless"])) == ({"(1, 2)": 3.5}, [1], True)
 
 
 def raising(error: BaseException) -> Callable[[], NoReturn]:
