@@ -25,7 +25,7 @@ def _as_ends(values: Any) -> Any:
 
 
 def _a_number(_instance: object, attribute: Any, value: object) -> None:
-    if value is not None and (isinstance(value, bool) or not isinstance(value, (int, float))):
+    if not (value is None or isinstance(value, float) or (type(value) is int and abs(value) < 1 << 63)):
         raise TypeError(f"{attribute.name} is {value!r}; expected a number or None")
 
 

@@ -16,8 +16,8 @@ from pathlib import Path
 from threading import RLock
 from typing import Any, TypeVar
 
-from rmfs_core.errors import InputError
-from rmfs_core.wording import listed, nearest, one_line, raised, shown_short
+from rmfs_core.errors import InputError, refusing
+from rmfs_core.wording import listed, nearest, raised, shown_short
 
 T = TypeVar("T")
 Entries = tuple[EntryPoint, ...]  # of one name in a group; more than one where distributions clash
@@ -140,20 +140,14 @@ def load(entries: Entries, place: str, kind: str) -> object:
         clash = listed(" ".join(origin(entry)) for entry in entries)
         ways = listed((f"`{origin(entry)[0]}:{entry.name}`" for entry in entries), "or")
         raise InputError(place, f'{kind} "{entry.name}" is offered by {clash}; expected one of them: {ways}')
-    try:
-        with IMPORTING:
-            return entry.load()
-    except (Exception, SystemExit) as error:
-        name = describe(kind, entry.name, *origin(entry))
-        raise InputError(place, f"{name} cannot be imported from {entry.value}: {one_line(error)}") from error
+    name = describe(kind, entry.name, *origin(entry))
+    with IMPORTING, refusing(place, f"{name} cannot be imported from {entry.value}:"):
+        return entry.load()
 
 
 def hints_of(annotations: Mapping[str, Any], module: str) -> dict[str, Any]:
     """Return the types that annotations in a module stand for; one that cannot be resolved is left out."""
-    known = {
-        "Path": Path,
-        **getattr(sys.modules.get(module), "__dict__", {}),
-    }  # it may be there for type checkers alone
+    known = {"Path": Path, **getattr(sys.modules.get(module), "__dict__", {})}  # may be there for type checkers alone
     found: dict[str, Any] = {}
     for name, hint in annotations.items():
         with suppress(Exception):
@@ -192,12 +186,8 @@ def generated(
         why = str(error).replace(" keyword-only", "")  # as Python 3.11 says it
         problem = f"{described} cannot be called: {why}; {expected}"
         raise InputError(f"{section}.parameters" if parameters else place, problem) from None
-    try:
+    with refusing(place, f"{described} raised", lambda error: raised(error, generate), InputError):
         made: T = generate(*handed.values(), **parameters)
-    except InputError:
-        raise
-    except (Exception, SystemExit) as error:
-        raise InputError(place, f"{described} raised {raised(error, generate)}") from error
     if not isinstance(made, kind):
         raise InputError(place, f"{described} returned {shown_short(made)}; expected {kind.__name__}")
     for problem in malformed(made):

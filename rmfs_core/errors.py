@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
-from rmfs_core.wording import cut, shortened
+from rmfs_core.wording import cut, one_line, shortened
 
 
 class RmfsError(Exception):
@@ -70,3 +72,14 @@ def is_interrupt(error: BaseException | None) -> bool:
     while isinstance(error, SystemError):  # simpy raises it again
         error = error.__cause__
     return isinstance(error, KeyboardInterrupt)
+
+
+@contextmanager
+def refusing(place: str, what: str, told: Callable[[BaseException], str] = one_line, but: Any = ()) -> Iterator[None]:
+    """Raise as `InputError` whatever is raised within, but interrupts and ``but``, with ``what`` before the error."""
+    try:
+        yield
+    except BaseException as error:
+        if isinstance(error, but) or is_interrupt(error):
+            raise
+        raise InputError(place, f"{what} {told(error)}") from error

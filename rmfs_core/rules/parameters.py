@@ -13,11 +13,11 @@ from typing import Any
 import attrs
 
 from rmfs_core.entrypoints import hints_of, kinds_of
-from rmfs_core.errors import InputError
+from rmfs_core.errors import InputError, refusing
 from rmfs_core.rules.parts import FileProblem, find_file, parts_now
 from rmfs_core.scenario.structuring import strict_converter
 from rmfs_core.scenario.tomltext import shown
-from rmfs_core.wording import did_you_mean, listed, one_line
+from rmfs_core.wording import did_you_mean, listed
 
 MOST, MOST_NESTED = 1e12, 20
 """Numbers are smaller: rules count in 64 bits (infinite: if metadata has ``infinite``); tables in one another."""
@@ -44,23 +44,21 @@ def parameters_of(rule: type) -> dict[str, attrs.Attribute[Any]]:
 
 
 def values_of(rule: object) -> dict[str, Any]:
-    """Return the parameters of a rule's object that are not its class's defaults, as a scenario would have them.
-
-    Of what is no plain value, such as a function or a list that holds itself, there is only its type.
-    """
-    values = {name: (field, _plain(getattr(rule, field.name))) for name, field in parameters_of(type(rule)).items()}
-    return {name: value for name, (field, value) in values.items() if value != _plain(field.default)}
+    """Return the parameters of a rule's object that are not its class's defaults, as a scenario would have them."""
+    values = {name: (field, plain(getattr(rule, field.name))) for name, field in parameters_of(type(rule)).items()}
+    return {name: value for name, (field, value) in values.items() if value != plain(field.default)}
 
 
-def _plain(value: Any, around: int = 0) -> Any:
+def plain(value: Any, around: int = 0) -> Any:
+    """Return a value as a scenario has it: a path as text, ``<type>`` for no plain value, such as a function."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, Path):
         return value.as_posix()
     if isinstance(value, list | tuple) and around < MOST_NESTED:
-        return [_plain(entry, around + 1) for entry in value]
+        return [plain(entry, around + 1) for entry in value]
     if isinstance(value, Mapping) and around < MOST_NESTED:
-        return {str(key): _plain(entry, around + 1) for key, entry in value.items()}
+        return {str(key): plain(entry, around + 1) for key, entry in value.items()}
     return f"<{type(value).__name__}>"
 
 
@@ -80,13 +78,12 @@ def build(rule: type, values: Mapping[str, Any], place: str, rule_name: str) -> 
     named = {name: field.default for name, field in valid.items() if isinstance(field.default, Path)}
     given = {**{name: str(default) for name, default in named.items()}, **values}
     ready = {name: _structure(valid[name], hints, value, f"{place}.{name}") for name, value in given.items()}
-    try:
-        return rule(**ready)
-    except Exception as error:
-        _blame_parameter(rule, ready, place)
-        if isinstance(error, ValueError | TypeError):
+    with refusing(place, f"{rule_name} cannot be created:", but=InputError):
+        try:
+            return rule(**ready)
+        except (ValueError, TypeError) as error:
+            _blame_parameter(rule, ready, place)
             raise InputError(place, f"{rule_name}: {_text(error)}") from error
-        raise InputError(place, f"{rule_name} cannot be created: {one_line(error)}") from error
 
 
 @lru_cache(maxsize=256)

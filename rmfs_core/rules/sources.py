@@ -7,13 +7,14 @@ import os
 import sys
 import types
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from weakref import finalize
 
 from attrs import field, frozen
 
 from rmfs_core import entrypoints
-from rmfs_core.errors import InputError
+from rmfs_core.errors import InputError, refusing
 from rmfs_core.scenario.rulenames import inline_parts, is_inline
 from rmfs_core.scenario.structuring import KeyProblem
 from rmfs_core.wording import did_you_mean, nearest, one_line
@@ -66,7 +67,7 @@ def source_of(rule: object) -> RuleSource:
     package = cls.__module__.partition(".")[0]
     for name, (entry, *others) in entrypoints.offers(entrypoints.RULES).items():
         if not others and entry.attr == cls.__qualname__ and entry.module.partition(".")[0] == package:
-            with suppress(Exception, SystemExit):
+            with suppress(InputError):
                 if entrypoints.load((entry,), "", "rule") is cls:
                     return RuleSource(name, cls, *entrypoints.origin(entry))
     return RuleSource(cls.__name__, cls, cls.__module__, OBJECT)
@@ -130,19 +131,25 @@ def _load_file(path: str, name: str, place: str) -> types.ModuleType:
     digest = hashlib.sha256(str(Path(path).resolve()).encode()).hexdigest()[:12]
     base, number = f"rmfs_inline_{Path(path).stem}_{digest}", 1
     module = types.ModuleType(base)
-    module.__file__ = path
+    vars(module).update(__file__=path, __package__="")
     while sys.modules.setdefault(module.__name__, module) is not module:  # another run has one of the same file
         number += 1
         module.__name__ = f"{base}_{number}"
     try:
-        with entrypoints.IMPORTING:
+        what = f'rule "{name}": {path} cannot be loaded:'
+        with entrypoints.IMPORTING, refusing(place, what, partial(_told, Path(path).parent)):
             exec(compile(source, path, "exec"), module.__dict__)
-    except BaseException as error:
+    except BaseException:
         _forget({path: module})
-        if not isinstance(error, Exception | SystemExit):
-            raise
-        raise InputError(place, f'rule "{name}": {path} cannot be loaded: {one_line(error)}') from error
+        raise
     return module
+
+
+def _told(folder: Path, error: BaseException) -> str:
+    wanted = (error.name or str(error)).partition(".")[0] if isinstance(error, ImportError) else None
+    near = {"attempted relative import with no known parent package", *(file.stem for file in folder.iterdir())}
+    helps = "; it imports what is installed, and no file next to it: put them into a package (`rmfs new-rule`)"
+    return one_line(error) + helps * (wanted in near)
 
 
 def _forget(modules: dict[str, types.ModuleType]) -> None:

@@ -19,9 +19,11 @@ from rmfs_core.scenario.model import RuleChoice, Scenario
 from rmfs_core.scenario.service import ServiceTime, Spread
 from rmfs_core.scenario.source import KeyPath
 from rmfs_core.scenario.tomltext import shown
+from rmfs_core.timetable import Span
 from rmfs_core.wording import nearest
 
 T = TypeVar("T")
+_SUCH = {Span: ' such as ["06:00", "22:00"]', tuple[Span, ...]: ' such as [["06:00", "22:00"]]'}
 
 
 class KeyProblem(Exception):  # noqa: N818 - who reads turns it into an InputError with the place
@@ -74,7 +76,7 @@ def strict_converter() -> cattrs.Converter:
     def sequence(value: Any, type_: Any) -> Any:
         origin, kinds = get_origin(type_), get_args(type_)
         if not isinstance(value, (list, tuple)):
-            raise KeyProblem(f"expected a list, found {shown(value)}")
+            raise KeyProblem(f"expected a list{_SUCH.get(type_, '')}, found {shown(value)}")
         if origin is list or kinds[1:] == (...,):
             kinds = (kinds[0],) * len(value)
         return origin(_at(i, entry, kind, converter) for i, (entry, kind) in enumerate(zip(value, kinds, strict=True)))
@@ -91,7 +93,7 @@ def strict_converter() -> cattrs.Converter:
             return None
         listed = isinstance(value, (list, tuple))
         if {tuple, Mapping} <= {*map(get_origin, kinds)} and not isinstance(value, (tuple, list, Mapping)):
-            raise KeyProblem(f"expected a list, or a table of lists, found {shown(value)}")
+            raise KeyProblem(f"expected a list{_SUCH.get(kinds[0], '')}, or a table of lists, found {shown(value)}")
         kinds = tuple(kind for kind in kinds if kind is not NoneType)
         likely = [kind for kind in kinds if (get_origin(kind) in (list, tuple)) == listed] or [*kinds]
         likely.sort(key=lambda kind: kind is not type(value))
@@ -130,9 +132,8 @@ def _rule(value: Any, _: Any) -> RuleChoice:
     if isinstance(value, str) and value:
         return RuleChoice(value)
     if not isinstance(value, Mapping):
-        raise KeyProblem(
-            f'expected the name of a rule or a table {{ rule = "...", parameter = ... }}, found {shown(value)}'
-        )
+        expected = 'the name of a rule or a table { rule = "...", parameter = ... }'
+        raise KeyProblem(f"expected {expected}, found {shown(value)}")
     if "rule" not in value:
         raise KeyProblem("expected a key `rule` with the name of a rule in addition to the parameters, found none")
     rule = _at("rule", value["rule"], str)

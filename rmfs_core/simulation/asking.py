@@ -13,7 +13,8 @@ import numpy as np
 import pluggy
 
 from rmfs_core.clock import to_seconds
-from rmfs_core.errors import InputError, RuleError, is_interrupt
+from rmfs_core.entrypoints import format_module
+from rmfs_core.errors import InputError, RmfsError, RuleError, is_interrupt
 from rmfs_core.events import Event
 from rmfs_core.info import Question
 from rmfs_core.rules import BoundRule, RuleSet
@@ -95,16 +96,12 @@ class Observers:
 
     def end(self, status: str) -> tuple[dict[str, float | None], list[BaseException]]:
         """Tell every observer that the run is over; return what they have measured, by name, and what they raised."""
-        errors: list[BaseException] = []
-        found: dict[str, float | None] = {}
-        for one in self._rules.told("run_ended"):
+        found, errors = dict[str, float | None](), list[BaseException]()
+        by_clock = format_module("results").timing(0, 0, 0, 0, (), ())
+        for hook, one in [(name, one) for name in ("run_ended", "measured") for one in self._rules.told(name)]:
             try:
-                self._ask(one, "run_ended", tick=self._warehouse.now, status=status)
-            except BaseException as error:
-                errors.append(error)
-        for one in self._rules.told("measured"):
-            try:
-                found.update(_numbers(self._ask(one, "measured"), found))
+                answer = self._ask(one, hook, tick=self._warehouse.now, status=status)
+                found.update(_numbers(answer, {**by_clock, **found}) if hook == "measured" else {})
             except ImpossibleError as problem:
                 name = one.plugin.described or f"observer {type(one.plugin.instance).__name__}"
                 errors.append(fault(self._warehouse, name, "measured", str(problem)))
@@ -197,6 +194,10 @@ class Asker:
             return check()
         except ImpossibleError as problem:
             raise self.error(rule, str(problem), hook) from None
+        except BaseException as error:  # of an object in the answer: what is asked of it may do anything
+            if isinstance(error, RmfsError) or is_interrupt(error):
+                raise
+            raise self.error(rule, f"gave an answer that raised {raised(error, rule.instance)}", hook) from error
 
     def error(self, rule: BoundRule, problem: str, hook: pluggy.HookCaller | None = None) -> RuleError:
         """Return the error that names rule, distribution, hook, simulated time and the problem."""

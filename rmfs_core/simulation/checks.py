@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Collection, Container, Sequence
+from contextlib import suppress
 from typing import Any, TypeVar
 
 import numpy as np
@@ -24,12 +25,10 @@ def whole(what: str, value: object) -> int:
     """Return a whole number, which numpy's integers are too and True is not."""
     if type(value) is int:
         return value
-    try:
+    with suppress(TypeError):
         if not isinstance(value, (bool, np.bool_)):
             return operator.index(value)  # type: ignore[arg-type]
-    except TypeError:
-        pass
-    raise ImpossibleError(f"named {what} {value!r}; expected a whole number")
+    raise ImpossibleError(f"named {what} {shown_short(value)}; expected a whole number")
 
 
 def known(kind: str, identifier: object, among: Sequence[T]) -> T:
@@ -63,19 +62,18 @@ def assignment(
         if not station.open:
             raise ImpossibleError(f"assigned order {order.label} to station {station.label}, which is closed")
         unit = "orders" if station.counts_orders else "items"
-        raise ImpossibleError(
-            f"assigned order {order.label} to station {station.label}: it takes {size} {unit}, "
-            f"but only {station.free_capacity} of {station.capacity} are free"
-        )
+        takes = f"it takes {size} {unit}, but only {station.free_capacity} of {station.capacity} are free"
+        raise ImpossibleError(f"assigned order {order.label} to station {station.label}: {takes}")
     return order, station, skus
 
 
 def _skus(order: Order, given: object, open_skus: Container[int]) -> list[int]:
     if not isinstance(given, Collection) or isinstance(given, str) or getattr(given, "shape", None) == ():
-        raise ImpossibleError(f"assigned SKUs {given!r} of order {order.label}; expected a sequence of ids")
+        raise ImpossibleError(f"assigned SKUs {shown_short(given)} of order {order.label}; expected a sequence of ids")
     skus = [whole("SKU id", sku) for sku in given]
     if not skus or len(set(skus)) != len(skus):
-        raise ImpossibleError(f"assigned SKUs {given} of order {order.label}; expected one or more, each once")
+        assigned = f"assigned SKUs {shown_short(given)} of order {order.label}"
+        raise ImpossibleError(f"{assigned}; expected one or more, each once")
     for sku in skus:
         if sku not in open_skus:
             raise ImpossibleError(f"assigned SKU id {sku} of order {order.label}, which is no open line of it")
@@ -107,9 +105,8 @@ def selected_trip(
     if station.id not in uncovered:
         uncovered[station.id] = station.uncovered
     if not any(pod.free_items(sku) > 0 for sku in uncovered[station.id]):
-        raise ImpossibleError(
-            f"sent pod {pod.label} to station {station.label}, but it holds no item of any request uncovered there"
-        )
+        lacks = "it holds no item of any request uncovered there"
+        raise ImpossibleError(f"sent pod {pod.label} to station {station.label}, but {lacks}")
     return pod, station
 
 
@@ -118,27 +115,23 @@ def covered(stations: Sequence[Station], first: int) -> None:
     for station in stations:
         for request in station.uncovered_requests:
             if request.id >= first:
-                raise ImpossibleError(
-                    f"assigned order {request.order.label} to station {station.label}, but no pod there or bound for "
-                    f"it has an item of SKU id {request.sku} left for it"
-                )
+                lacks = f"no pod there or bound for it has an item of SKU id {request.sku} left for it"
+                raise ImpossibleError(f"assigned order {request.order.label} to station {station.label}, but {lacks}")
 
 
 def wanted(trips: Sequence[tuple[Pod, Station]]) -> None:
     """Check that each pod a joint decision sends holds something that is wanted where it goes."""
     for pod, station in trips:
         if not any(request.sku in pod.contents for request in station.open_requests):
-            raise ImpossibleError(
-                f"sent pod {pod.label} to station {station.label}, but it holds no item of any request open there"
-            )
+            lacks = "it holds no item of any request open there"
+            raise ImpossibleError(f"sent pod {pod.label} to station {station.label}, but {lacks}")
 
 
 def packing(warehouse: Warehouse, capacity: int | None, before: int) -> None:
     """Check that the split orders under way find a box at the packing stations, or are no more than ``before``."""
     if capacity is not None and warehouse.split_orders_open > max(capacity, before):
-        raise ImpossibleError(
-            f"left {warehouse.split_orders_open} split orders open at once; the packing stations hold {capacity}"
-        )
+        left = f"left {warehouse.split_orders_open} split orders open at once"
+        raise ImpossibleError(f"{left}; the packing stations hold {capacity}")
     split = warehouse.split_orders_open - before
     if split > 0 and (free := warehouse.free_boxes) is not None and split > free:
         raise ImpossibleError(f"split {counted(split, 'order')}; free boxes at the packing stations: {free}")
@@ -252,7 +245,8 @@ def path(warehouse: Warehouse, robot: Robot, start: int, goal: int, given: decis
     checked: list[decisions.Leg] = []
     for leg in given.legs:
         if not isinstance(leg, decisions.Leg):
-            raise ImpossibleError(f"returned a path with {type(leg).__name__} {leg!r:.80} in it; expected Leg only")
+            found = f"{type(leg).__name__} {shown_short(leg)}"
+            raise ImpossibleError(f"returned a path with {found} in it; expected Leg only")
         to, wait = leg.to, leg.wait_ticks
         if type(to) is not int or type(wait) is not int:
             to, wait = whole("cell", to), whole("wait_ticks", wait)
@@ -260,10 +254,9 @@ def path(warehouse: Warehouse, robot: Robot, start: int, goal: int, given: decis
         if not 0 <= to < cells:
             raise ImpossibleError(f"sent robot {robot.label} to cell {to}, which is not on the grid")
         if not 0 <= wait <= LONGEST_WAIT_TICKS or (to == at and wait == 0):
-            raise ImpossibleError(
-                f"gave robot {robot.label} a leg that waits {wait} ticks{' and goes nowhere' if to == at else ''}; "
-                f"expected 0 to {LONGEST_WAIT_TICKS}, and at least 1 for a leg that only waits"
-            )
+            waits = f"waits {wait} ticks{' and goes nowhere' if to == at else ''}"
+            expected = f"expected 0 to {LONGEST_WAIT_TICKS}, and at least 1 for a leg that only waits"
+            raise ImpossibleError(f"gave robot {robot.label} a leg that {waits}; {expected}")
         if to != at:
             problem = travel.run_problem(start, at, to, goal, loaded)
             if problem is not None:

@@ -15,7 +15,7 @@ from rmfs_core import events
 from rmfs_core.clock import to_ticks
 from rmfs_core.decisions import JointDecision
 from rmfs_core.entrypoints import format_module, process
-from rmfs_core.errors import InputError, StandstillError
+from rmfs_core.errors import StandstillError, refusing
 from rmfs_core.info import RunInfo
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, located
@@ -27,7 +27,6 @@ from rmfs_core.simulation.rounds import Decisions
 from rmfs_core.simulation.setup import open_warehouse, unmet_needs
 from rmfs_core.warehouse import Bundle, Order, Pod, Request, Robot, Station
 from rmfs_core.warehouse.promises import next_request
-from rmfs_core.wording import one_line
 from rmfs_core.world import Instance, Layout
 
 MOST_ALARMS = 100_000
@@ -68,11 +67,8 @@ class Simulation:
                     raise problem
             opening = open_warehouse(scenario, instance, layout) if begun is None else begun.opening
             for rule in rules.deciding:  # what they have compiled is loaded now, so that no decision's time has it in
-                try:
+                with refusing(f"rules.{rule.role.key}", f"{rule.describe()}, prepare:"):
                     rule.prepare(opening.warehouse.travel)
-                except (Exception, SystemExit) as error:
-                    why = f"{rule.describe()}, prepare: {one_line(error)}"
-                    raise InputError(f"rules.{rule.role.key}", why) from error
         self.context = RunContext(scenario, rules, opening.warehouse, begun=begun is not None)
         start, self.stories = self._starting, dict[int, tuple[Any, ...]]()
         starts = start("transport"), start("move"), start("rest")

@@ -36,6 +36,7 @@ def test_what_is_offered_is_imported(install: Install) -> None:
     ("import acme_nowhere", "ModuleNotFoundError: No module named 'acme_nowhere'"),
     ("raise ValueError('two\\n  lines')", "ValueError: two lines"),
     ("raise SystemExit", "SystemExit"),
+    ("raise BaseException('all')", "BaseException: all"),
 )
 def test_what_cannot_be_imported_is_one_sentence(install: Install, source: str, cause: str) -> None:
     install("acme", {"thing": "acme_broken:Thing"}, group=GROUP, acme_broken=source)

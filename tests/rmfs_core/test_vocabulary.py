@@ -48,6 +48,7 @@ def test_any_sequence_will_do() -> None:
     "values message",
     ({"objective": "4"}, "objective is '4'; expected a number or None"),
     ({"objective": True}, "objective is True; expected a number or None"),
+    ({"objective": 10**400}, "objective is 10+; expected a number or None"),
     ({"bound": [3]}, r"bound is \[3\]; expected a number or None"),
     ({"stopped_early": 1}, "'stopped_early' must be <class 'bool'>"),
     ({"status": None}, "'status' must be <class 'str'>"),

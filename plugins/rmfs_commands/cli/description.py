@@ -6,6 +6,7 @@ import inspect
 import re
 from collections.abc import Iterator
 from importlib.metadata import EntryPoint
+from pathlib import Path
 from typing import Any
 
 import attrs
@@ -13,16 +14,22 @@ from attrs import frozen
 
 from rmfs_commands.instances.overrides import rule_name_from
 from rmfs_core import entrypoints
-from rmfs_core.errors import InputError
+from rmfs_core.errors import InputError, refusing
 from rmfs_core.roles import Role
 from rmfs_core.rules.hooks import check_hooks, require_attrs_class, roles_of
-from rmfs_core.rules.parameters import parameters_of, type_hints, type_name
+from rmfs_core.rules.parameters import parameters_of, plain, type_hints, type_name
 from rmfs_core.rules.sources import RuleSource, RuleSources, load_entry
 from rmfs_core.scenario.tomltext import toml_value
 from rmfs_core.wording import one_line
 
 _SHORT_REFERENCE = re.compile(r"(?:doi\.org/|doi:\s?)(10\.[^\s,;]+)|(arXiv:\d{4}\.\d{4,5})", re.IGNORECASE)
-DEPENDS = "(depends on the others)"
+
+
+class _Said(str):
+    """Text for a default that a scenario cannot have."""
+
+
+DEPENDS = _Said("(depends on the others)")
 
 
 @frozen
@@ -146,8 +153,13 @@ def _default(field: attrs.Attribute[Any]) -> Any:
     if default is attrs.NOTHING:
         return None
     if hasattr(default, "takes_self"):  # attrs.Factory
-        return DEPENDS if default.takes_self else default.factory()
-    return default
+        if default.takes_self:
+            return DEPENDS
+        with refusing("rmfs rules", f"the factory of `{field.name}` raised"):
+            default = default.factory()
+    known = plain(default)
+    odd = isinstance(known, str) and not isinstance(default, str | Path)
+    return _Said(f"({known[1:-1]})") if odd else known
 
 
 def _documented_parameters(text: str) -> dict[str, str]:
@@ -164,9 +176,9 @@ def _documented_parameters(text: str) -> dict[str, str]:
 
 def _toml_like(value: Any) -> str:
     """Return a default as a scenario has it; a default of nothing is what a key that is left out stands for."""
-    if value is None or value == DEPENDS:
+    if value is None or isinstance(value, _Said):
         return value or "(not set)"
     try:
         return toml_value(value)
     except TypeError:
-        return str(value)
+        return f"({value})"

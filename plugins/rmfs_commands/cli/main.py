@@ -73,9 +73,9 @@ class Commands(click.Group):
         try:
             with _writing():
                 super().invoke(ctx)  # what it returns is no exit code
-        except (click.ClickException, click.Abort, click.exceptions.Exit, RmfsError):
+        except (click.ClickException, click.Abort, click.exceptions.Exit, RmfsError, SystemExit, KeyboardInterrupt):
             raise
-        except Exception as error:
+        except BaseException as error:
             if is_interrupt(error):
                 raise KeyboardInterrupt from error
             described, name = "rmfs", ctx.invoked_subcommand

@@ -22,7 +22,7 @@ from rmfs_core import InputError, rule_helpers
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.roles import Role
 from rmfs_core.warehouse import Order, Pod, Request, Robot, Station, WarehouseView
-from rmfs_core.wording import shown_short
+from rmfs_core.wording import raised, shown_short
 
 _items_per_order: Any = rule_helpers.items_per_order
 _sum_per_order: Any = rule_helpers.sum_per_order
@@ -253,7 +253,10 @@ _HALF = {
 
 def _of_ones_own(feature: Feature, warehouse: WarehouseView, choice: Choice) -> NDArray[np.float64]:
     assert feature.of is not None, "Table has checked it"
-    given, number = feature.of(warehouse, choice), len(choice.options)
+    try:
+        given, number = feature.of(warehouse, choice), len(choice.options)
+    except Exception as error:
+        raise ValueError(f"feature {feature.name!r}: raised {raised(error, feature.of)}") from error
     try:
         shown = np.asarray(given, np.float64)
         shown = shown if feature.half is None else shown / (shown + feature.half)

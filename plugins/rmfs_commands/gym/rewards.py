@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from types import MappingProxyType
 
 from attrs import frozen
@@ -78,10 +80,10 @@ def rewarded(reward: Reward, step: Step) -> float:
     Raises
     ------
     InputError
-        When it returns anything else.
+        When it returns anything else, or a number that is not finite.
     """
     given = reward(step)
-    try:
-        return float(given)
-    except (TypeError, ValueError, OverflowError):
-        raise InputError("reward", f"returned {shown_short(given)}; expected a number") from None
+    with suppress(TypeError, ValueError, OverflowError):
+        if not isinstance(given, str) and math.isfinite(number := float(given)):
+            return number
+    raise InputError("reward", f"returned {shown_short(given)}; expected a number, and a finite one")

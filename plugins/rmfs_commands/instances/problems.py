@@ -12,9 +12,9 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
-from rmfs_commands.instances.csv_files import line_of
+from rmfs_commands.instances.csv_files import MOST_ITEMS_OF_LINE, line_of
 from rmfs_core.errors import InputError
-from rmfs_core.scenario.model import MOST_PODS, InstanceSection, Replenishment, Scenario
+from rmfs_core.scenario.model import MOST_ITEMS, MOST_PODS, InstanceSection, Replenishment, Scenario
 from rmfs_core.wording import did_you_mean, first_few, shown_short
 from rmfs_core.world import Instance, OrderData, PodData
 
@@ -165,7 +165,7 @@ def malformed(instance: Instance) -> Iterator[str]:
     yield from _malformed_orders(instance)
     for pod in instance.pods:
         if not _fit(pod.contents, instance, None):
-            expected = "(SKU id, items or None) of each SKU, each once"
+            expected = f"(SKU id, items or None) as int of each SKU, each once, and at most {MOST_ITEMS:,} items"
             yield f"`contents` {shown_short(pod.contents)} of pod {pod.name}; expected {expected}"
 
 
@@ -173,30 +173,37 @@ def _malformed_orders(instance: Instance) -> Iterator[str]:
     latest = 0
     for order in instance.orders:
         if not _is_whole(order.arrival_tick, latest):
-            expected = f"an int of at least {latest}, as orders are in order of arrival"
+            expected = f"an int of at least {latest}, as orders are in order of arrival, and at most 2^53"
             yield f"`arrival_tick` {shown_short(order.arrival_tick)} of order {order.name}; expected {expected}"
             return
         latest = order.arrival_tick
         if order.cancelled_tick is not None and not _is_whole(order.cancelled_tick, latest):
             expected = f"None or an int of at least {latest}, when it arrives"
             yield f"`cancelled_tick` {shown_short(order.cancelled_tick)} of order {order.name}; expected {expected}"
-        if not isinstance(order.due_tick, int | None):
+        if order.due_tick is not None and not _is_whole(order.due_tick, -LATEST):
             yield f"`due_tick` {shown_short(order.due_tick)} of order {order.name}; expected None or an int"
-        if not isinstance(order.priority, int):
+        if not _is_whole(order.priority, -LATEST):
             yield f"`priority` {shown_short(order.priority)} of order {order.name}; expected an int"
         if not order.lines or not _fit(order.lines, instance, 1):
-            expected = "(SKU id, quantity) of at least one SKU, each once, and quantities of at least 1"
+            most = f"{MOST_ITEMS_OF_LINE:,}"
+            expected = f"(SKU id, quantity) as int of at least one SKU, each once, and quantities from 1 to {most}"
             yield f"`lines` {shown_short(order.lines)} of order {order.name}; expected {expected}"
 
 
-def _is_whole(value: object, least: int) -> bool:
-    return isinstance(value, int) and value >= least
+LATEST = 1 << 53
+"""No tick is later, as no number of a table can tell it from the next."""
+
+
+def _is_whole(value: object, least: int, most: int = LATEST) -> bool:
+    return isinstance(value, int) and least <= value <= most
 
 
 def _fit(entries: Any, instance: Instance, least: int | None) -> bool:
     """Whether entries are a SKU id and a number each, no SKU twice; ``least`` None: also no number, for no end."""
     try:
-        ids = [sku for sku, number in entries if (least is None and number is None) or _is_whole(number, least or 0)]
+        most = MOST_ITEMS if least is None else MOST_ITEMS_OF_LINE
+        sizes = [(sku, least is None and number is None, number) for sku, number in entries]
+        ids = [sku for sku, endless, number in sizes if endless or _is_whole(number, least or 0, most)]
         return len(set(ids)) == len(entries) and all(_is_whole(sku, 0) and sku < len(instance.skus) for sku in ids)
     except (TypeError, ValueError):
         return False

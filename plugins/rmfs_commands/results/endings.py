@@ -50,7 +50,8 @@ def _why_nothing(warehouse: Warehouse, hours: Mapping[int | None, Timetable]) ->
 
 def standstill(warehouse: Warehouse, rules: RuleSet, skus: Sequence[str]) -> str:
     """Return the message of a run in which nothing will ever happen again: what is left, and who was asked."""
-    deciding = (rules.activate, rules.poa_pps, rules.poa, rules.pps, *rules.deciding_bundles, rules.ta)
+    first, then = (rules.activate, *rules.filters), (rules.poa_pps, rules.poa, rules.pps, *rules.deciding_bundles)
+    deciding = (*first, *then, rules.ta, rules.move, rules.idle)
     asked = ", ".join(rule.describe() for rule in deciding if rule is not None)
     left = sum(not order.complete for order in warehouse.orders)
     closed = sum(not station.open for station in warehouse.stations)

@@ -9,9 +9,9 @@ from typing import Any, ClassVar, Protocol
 
 from rmfs_commands.instances.tables import TABLE_FILES
 from rmfs_core import entrypoints
-from rmfs_core.errors import InputError
+from rmfs_core.errors import InputError, refusing
 from rmfs_core.results import RESULT_FILE
-from rmfs_core.wording import listed, nearest, one_line, sentence, shown_short
+from rmfs_core.wording import listed, nearest, sentence, shown_short
 
 
 def files_of_results() -> list[str]:
@@ -46,7 +46,8 @@ def load_recorder(name: str) -> type[Recorder]:
     kind = entrypoints.load(known[name], place, "recorder")
     if not isinstance(kind, type) or not _is_plain(getattr(kind, "file", None)):
         described = entrypoints.describe("recorder", name, *entrypoints.origin(known[name][0]))
-        raise InputError(place, f"{described} is no recorder: expected a class with the name of its file as `file`")
+        expected = "expected a class with the name of its file as `file`, a plain name that no file of results has"
+        raise InputError(place, f"{described} is no recorder: {expected}")
     return kind
 
 
@@ -98,10 +99,8 @@ def _make_observer(entries: entrypoints.Entries, place: str, described: str) -> 
 
 
 def _make(kind: Any, place: str, described: str) -> Any:
-    try:
+    with refusing(place, f"{described} cannot be made:"):
         return kind()
-    except Exception as error:
-        raise InputError(place, f"{described} cannot be made: {one_line(error)}") from error
 
 
 def files_of(observers: Iterable[Any]) -> list[str]:

@@ -28,6 +28,7 @@ from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
 from rmfs_core.results import RESULT_FILE
 from rmfs_core.results.catalogue import Metric
+from rmfs_core.rules.parameters import plain
 from rmfs_core.scenario import Scenario, scenario_to_dict
 
 if TYPE_CHECKING:
@@ -47,8 +48,17 @@ def content(result: Result) -> dict[str, Any]:
     if result.notes:
         found["notes"] = result.notes
     if result.summary:
-        found["summary"] = json_ready(result.summary)
+        found["summary"] = {str(name): _ready(value) for name, value in result.summary.items()}
     return found | {"metrics": result.metrics, "timing": result.timing}
+
+
+def _ready(value: object) -> object:
+    """Return what an observer has put into the summary; of what JSON cannot have, what is plain of it."""
+    try:
+        to_json(ready := json_ready(value))
+    except Exception:  # whatever it is, the run is not lost for it
+        return plain(value)
+    return ready
 
 
 def save(result: Result, folder: str | Path) -> None:

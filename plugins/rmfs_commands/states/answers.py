@@ -24,6 +24,7 @@ from rmfs_core.decisions import (
     StoreBundle,
     TaskAssignment,
 )
+from rmfs_core.errors import is_interrupt
 from rmfs_core.roles import Role
 from rmfs_core.simulation import applying, checks
 from rmfs_core.simulation.asking import ImpossibleError, instance_of, sequence_of
@@ -66,7 +67,9 @@ def answer_to_dict(
             checks.known("task", answer, handed["tasks"])
             return {"task": checks.whole("task", answer)}
         return _WRITERS[decides](warehouse, skus, answer)
-    except ImpossibleError:  # a run ends with an error then, which says what was wrong
+    except BaseException as error:  # whatever objects of the answer raise: a run ends with an error then, which says it
+        if is_interrupt(error):
+            raise
         return None
 
 

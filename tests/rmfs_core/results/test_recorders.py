@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable, Iterator
 from importlib import import_module
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 from xml.etree import ElementTree
 
 import numpy as np
@@ -84,10 +84,12 @@ def test_only_recorders_that_are_switched_on_are_imported(record: Record, tmp_pa
     ("raise SystemExit(1)", "cannot be imported from acme_log:Recorder: SystemExit: 1"),
     ("Recorder = 3", "is no recorder: expected a class with the name of its file as `file`"),
     ("class Recorder:\n    pass", "is no recorder: expected a class"),
+    ("class Recorder:\n    file = 'result.json'", "as `file`, a plain name that no file of results has"),
     (
         "class Recorder:\n    file = 'a.txt'\n    def __init__(self, path): pass",
         "cannot be made: TypeError: Recorder.__init__() missing 1 required positional argument: 'path'",
     ),
+    ("class Recorder:\n    file = 'a.txt'\n    def __init__(self): exit()", "cannot be made: SystemExit"),
     ("class Recorder:\n    file = 'a.txt'", "observer Recorder: it implements no observer hook"),
 )
 def test_a_broken_recorder_costs_one_sentence(source, problem, record, tmp_path, capsys) -> None:
@@ -287,6 +289,22 @@ class Observing:
         return self.act() if self.hook == "measured" else {f"by_{self.hook}": 1}
 
 
+class Summing:
+    """Observer that puts into the summary what JSON cannot have."""
+
+    @rmfs_core.hookimpl
+    def run_started(self, run: Any) -> None:
+        endless: list[object] = []
+        endless.append(endless)
+        run.summary.update({"pairs": {(1, 2): 3.5}, "endless": endless, "good": [1]})
+
+
+def test_a_summary_that_json_cannot_have_does_not_lose_the_run(tmp_path: Path) -> None:
+    rmfs_core.run("examples/small", overrides=FEW, out=tmp_path, observers=[Summing()])
+    saved = load_result(tmp_path).summary
+    assert (saved["pairs"], saved["good"], "<list>" in str(saved["endless"])) == ({"(1, 2)": 3.5}, [1], True)
+
+
 def raising(error: BaseException) -> Callable[[], NoReturn]:
     def act() -> NoReturn:
         raise error
@@ -421,6 +439,7 @@ LETTERS = "expected letters, digits and underscores."
     ({"a\n": 1}, rf"named a metric 'a\n'; {LETTERS}"),
     ({3: 3}, f"named a metric 3; {LETTERS}"),
     ({"picks": 3}, "named a metric 'picks', which exists already."),
+    ({"wall_s": 3}, "named a metric 'wall_s', which exists already."),
     ({"walks": "3"}, f"measured walks = '3'; {NUMBER}"),
     ({"walks": True}, f"measured walks = True; {NUMBER}"),
     ({"walks": np.bool_(True)}, f"measured walks = True; {NUMBER}"),

@@ -78,6 +78,14 @@ def test_who_is_told_first_is_up_to_the_kernel(option: str, install: Install) ->
     )
 
 
+@pytest.mark.parametrize("body", ["def on_event(self, event): yield", "async def on_event(self, event): pass"])
+def test_a_hook_returns(body: str, install: Install) -> None:
+    install("acme", {"mine": "acme_rules:Mine"}, acme_rules=f"@define\nclass Mine:\n    @hookimpl\n    {body}\n")
+    assert refusal(observers=(RuleChoice("mine"),)) == (
+        "rules.observers[0]: class Mine: `on_event` yields or awaits; expected a method that returns"
+    )
+
+
 MINE = """
 import typing
 @define
@@ -142,14 +150,16 @@ def test_parameters_of_the_right_type_are_accepted(install: Install) -> None:
     assert (mine.share, mine.names, mine.rest, mine.mode, mine.pair) == (1.0, ("a",), float("inf"), "fast", (2, "b"))
 
 
-def test_a_class_that_cannot_be_constructed(install: Install) -> None:
+@pytest.mark.parametrize("cause", ["KeyError: 3", "SystemExit: 3", "BaseException: 3"])
+def test_a_class_that_cannot_be_constructed(install: Install, cause: str) -> None:
     assert refusal(pp=RuleChoice("free-flow", {"speed": 1})) == (
         f'rules.pp.speed: rule "free-flow" ({RMFS}) has no parameter `speed`; it has no parameters'
     )
-    source = MINE.replace('raise ValueError("expected a weight that is lucky, found 13")', "{}['x']")
+    raising = f"raise {cause.replace(': ', '(')})"
+    source = MINE.replace('raise ValueError("expected a weight that is lucky, found 13")', raising)
     install("acme", {"mine": "acme_rules:Mine"}, acme_rules=source)
     assert refusal(poa=RuleChoice("mine", {"weight": 13})) == (
-        "rules.poa: rule \"mine\" (acme 1.0) cannot be created: KeyError: 'x'"
+        f'rules.poa: rule "mine" (acme 1.0) cannot be created: {cause}'
     )
 
 

@@ -233,6 +233,14 @@ def test_a_rule_from_a_file(folder: Path) -> None:
     assert said(InputError, load_from, folder, "./my_rule.py:MyRule") == (
         f'rules.poa: rule "./my_rule.py:MyRule": {folder}/my_rule.py cannot be loaded: ValueError: no luck'
     )
+    (folder / "near.py").touch()
+    for source in ("import near", "from near.more import x", "from . import near", "from .near import x"):
+        (folder / "my_rule.py").write_text(source)
+        assert said(InputError, load_from, folder, "./my_rule.py:MyRule").endswith(
+            "; it imports what is installed, and no file next to it: put them into a package (`rmfs new-rule`)"
+        )
+    (folder / "my_rule.py").write_text("import far")
+    assert said(InputError, load_from, folder, "./my_rule.py:MyRule").endswith("No module named 'far'")
     (folder / "my_rule.py").write_text("raise SystemExit('was run')")
     assert said(InputError, load_from, folder, "./my_rule.py:MyRule", allow_inline=False) == (
         'rules.poa: rule "./my_rule.py:MyRule" would load code from a file, which --no-inline-rules refuses'

@@ -70,6 +70,8 @@ WRONG_VALUES = [
     ("robots", "3", "expected a table, found 3"),
     ("instance.lines", "3", "expected a list, found 3"),
     ("instance.departures.times", '"14:00"', 'expected a list, or a table of lists, found "14:00"'),
+    ("stations.open", "3", 'expected a list such as [["06:00", "22:00"]], or a table of lists, found 3'),
+    ("robots.available", "3", 'expected a list such as [["06:00", "22:00"]], found 3'),
     # rules
     ("rules.poa", '"pod-mach"', 'there is no rule "pod-mach" (did you mean `pod-match`?)'),
     (

@@ -79,6 +79,21 @@ def test_an_answer_that_is_a_monster(tiny_run: Prepare, tmp_path: Path, iterates
     assert message in what_ends(prepare_bad(tiny_run, tmp_path, "pps", f"return {made}"), "pps")
 
 
+@cases(
+    "named message",
+    ("object()", "named pod <object object>; expected a whole number"),
+    ("type('Mute', (), {'__repr__': lambda self: 1 / 0})()", "named pod a Mute; expected a whole number"),
+    ("type('Index', (), {'__index__': lambda self: 1 / 0})()", "an answer that raised ZeroDivisionError: division by"),
+    (
+        "type('Index', (), {'__index__': lambda self: exit(3)})()",
+        "gave an answer that raised SystemExit: 3 (",
+    ),
+)
+def test_a_name_that_is_a_monster(tiny_run: Prepare, tmp_path: Path, named: str, message: str) -> None:
+    body = f"from rmfs import PodTrip; return [PodTrip({named}, 0)]"
+    assert message in what_ends(prepare_bad(tiny_run, tmp_path, "pps", body), "pps")
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no copies of processes")
 @pytest.mark.parametrize("copy", ["return []", "raise ValueError", "raise SystemExit(0)"])
 def test_a_copy_that_a_rule_makes_does_not_simulate(copy: str, tmp_path: Path) -> None:

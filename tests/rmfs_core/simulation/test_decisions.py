@@ -10,6 +10,7 @@ import pytest
 from bad_rules import prepare_bad
 from cases import cases
 from rmfs_commands.layouts import parse_map
+from rmfs_commands.results.endings import standstill
 from rmfs_commands.testing import small_instance, small_world
 from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, SolveReport, TaskAssignment
 from rmfs_core.errors import RuleError, StandstillError
@@ -146,6 +147,7 @@ def test_what_filters_leave(tmp_path: Path) -> None:
     run.rules.filters[0].instance.answers = {"filter_backlog": [[]]}
     decisions(run)[0].round()
     assert (rule.asked, run.asker.period) == ([], 0)
+    assert 'asked last: rule "./scripted_rules.py:First"' in standstill(world, run.rules, "a")
 
 
 def test_a_storage_location_is_kept_free_for_its_pod(tmp_path: Path) -> None:

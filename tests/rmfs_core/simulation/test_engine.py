@@ -79,14 +79,14 @@ def test_a_pod_more_than_needed_is_no_error(tiny_run: Prepare, tmp_path: Path) -
     assert [visit.picks for visit in run.of(events.VisitEnded)] == [1, 0, 1]
 
 
-@pytest.mark.parametrize("body", ["1 / 0", "raise SystemExit(3)"])
+@pytest.mark.parametrize("body", ["1 / 0", "raise SystemExit(3)", "raise BaseException"])
 def test_a_rule_that_cannot_be_prepared_is_named(tiny_run: Prepare, tmp_path: Path, body: str) -> None:
     (tmp_path / "bad.py").write_text(
         "from attrs import define\nfrom rmfs_core import hookimpl\n@define\nclass Bad:\n    @hookimpl\n"
         f"    def plan_path(self): pass\n    def prepare(self, travel):\n        {body}\n",
         encoding="utf-8",
     )
-    with pytest.raises(InputError, match=r"rules\.pp: .*bad\.py inline\), prepare: (ZeroDivisionError|SystemExit)"):
+    with pytest.raises(InputError, match=r"rules\.pp: .*bad\.py inline\), prepare: (ZeroDivision|SystemExit|BaseEx)"):
         tiny_run(ONE_ORDER, pp="./bad.py:Bad")
 
 

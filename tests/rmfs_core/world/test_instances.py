@@ -254,6 +254,8 @@ early = _made((OrderData("1", arrival_tick=-50, lines=((0, 1),)),))
 half = _made((OrderData("1", arrival_tick=0.5, lines=((0, 1),)),))
 unsorted = _made((OrderData("1", arrival_tick=9, lines=((0, 1),)), OrderData("2", arrival_tick=3, lines=((0, 1),))))
 no_sku = _made((OrderData("1", arrival_tick=0, lines=((5, 1),)),))
+endless = _made((OrderData("1", arrival_tick=0, lines=((0, 10**30),)),))
+too_late = _made((OrderData("1", arrival_tick=10**30, lines=((0, 1),)),))
 no_items = _made((OrderData("1", arrival_tick=0, lines=((0, 0),)),))
 no_lines = _made((OrderData("1", arrival_tick=0, lines=()),))
 same_sku = _made((OrderData("1", arrival_tick=0, lines=((0, 1), (0, 2))),))
@@ -275,18 +277,18 @@ def typed(section, seed, *, cost: "PathCost", wrong: "no type", files: "list[Pat
     return paced(section, seed, pace_s=sum(int(file.read_text()) for file in files))
 """
 NAMES = "beside typed singles paced at_times copied fails fails_deep nothing ends no_tuple early half"
-NAMES += " unsorted no_sku no_items no_lines same_sku same_name no_name bad_pod"
+NAMES += " unsorted no_sku endless too_late no_items no_lines same_sku same_name no_name bad_pod"
 NAMES += " twice_on_pod not_on_list half_due half_urgent"
 GENERATORS = {name: f"acme_days:{name}" for name in NAMES.split()}
 WITH = "returned a wrong Instance:"
-LINES = "expected (SKU id, quantity) of at least one SKU, each once, and quantities of at least 1"
-CONTENTS = "expected (SKU id, items or None) of each SKU, each once"
+LINES = "expected (SKU id, quantity) as int of at least one SKU, each once, and quantities from 1 to 1,000,000"
+CONTENTS = "expected (SKU id, items or None) as int of each SKU, each once, and at most 1,000,000,000 items"
 TAKES = "besides section and seed it takes `pace_s` and `lines`"
 UNREAD = (
     'generator "{}" has made this instance without reading it; expected it left out, or a generator that reads '
     "`section.{}` in each call"
 )
-ARRIVALS = "as orders are in order of arrival"
+ARRIVALS = "as orders are in order of arrival, and at most 2^53"
 
 
 def test_a_scenario_names_the_generator_of_its_instance(install: Callable[..., None]) -> None:
@@ -352,6 +354,8 @@ def test_what_a_generator_does_not_take_is_refused(install, keys, place, problem
     ("half", f"{WITH} `arrival_tick` 0.5 of order 1; expected an int of at least 0, {ARRIVALS}"),
     ("unsorted", f"{WITH} `arrival_tick` 3 of order 2; expected an int of at least 9, {ARRIVALS}"),
     ("no_sku", f"{WITH} `lines` ((5, 1),) of order 1; {LINES}"),
+    ("endless", f"{WITH} `lines` ((0, {10**30}),) of order 1; {LINES}"),
+    ("too_late", f"{WITH} `arrival_tick` {10**30} of order 1; expected an int of at least 0, {ARRIVALS}"),
     ("no_items", f"{WITH} `lines` ((0, 0),) of order 1; {LINES}"),
     ("no_lines", f"{WITH} `lines` () of order 1; {LINES}"),
     ("same_sku", f"{WITH} `lines` ((0, 1), (0, 2)) of order 1; {LINES}"),

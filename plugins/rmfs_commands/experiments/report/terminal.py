@@ -10,6 +10,7 @@ from rmfs_commands.cli.screen import new_table, print_named
 from rmfs_commands.experiments.compare import Comparison
 from rmfs_commands.experiments.report import numbers
 from rmfs_commands.experiments.running import ExperimentResult
+from rmfs_core.wording import counted
 
 MOST_SETS = 6
 """With more instance sets than these the terminal has the overall figures alone."""
@@ -26,7 +27,7 @@ def print_comparison(console: Console, result: ExperimentResult, comparison: Com
         text = f"{row['instance']}, {row['rule_set']}, seed {row['seed']}: {row['error']}"
         console.print(Text.assemble(("Failed: ", "red"), text), soft_wrap=True)
     if len(result.failed) > MOST_ERRORS:
-        console.print(f"and {len(result.failed) - MOST_ERRORS} more failed runs.", highlight=False)
+        console.print(f"and {counted(len(result.failed) - MOST_ERRORS, 'more failed run')}.", highlight=False)
     if result.failed:
         console.print()
     if len(result.failed) == len(result.rows):

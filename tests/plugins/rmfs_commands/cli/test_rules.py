@@ -169,6 +169,26 @@ def test_a_rule_in_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
         CliRunner().invoke(rules, ["./mine.py:Min"], catch_exceptions=False)
 
 
+@cases(
+    "default line",
+    ("field(factory=lambda: numpy.zeros(3))", "# a = (ndarray)"),
+    ("field(factory=object)", "# a = (object)"),
+    ("pathlib.Path('tables', 'a.csv')", 'a = "tables/a.csv"'),
+    ("'(all)'", 'a = "(all)"'),
+    (
+        "field(factory=lambda: 1 / 0)",
+        "rmfs rules: the factory of `a` raised ZeroDivisionError: division by zero",
+    ),
+)
+def test_odd_defaults_of_parameters(default: str, line: str, tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    head = "import numpy, pathlib\nfrom attrs import define, field\nfrom rmfs_core import hookimpl\n"
+    rule = f"@define\nclass R:\n    a: object = {default}\n    @hookimpl\n    def assign_orders(self): pass\n"
+    (tmp_path / "odd.py").write_text(head + rule, encoding="utf-8")
+    shown = CliRunner().invoke(rules, ["./odd.py:R"])
+    assert line in f"{shown.output}{shown.exception}"
+
+
 def described(name: str) -> RuleDescription:
     (found,) = [rule for rule in installed_rules() if rule.name == name]
     return found

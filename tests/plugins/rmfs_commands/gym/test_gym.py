@@ -291,6 +291,9 @@ def test_a_feature_that_is_no_share_is_named(returned: Any) -> None:
         RuleError, match=r"feature 'odd': returned .*; expected one number of 0 to 1, or one for each of"
     ):
         env.reset()
+    env = made(features=[Feature("odd", "", None, lambda warehouse, choice: 1 / 0)])
+    with pytest.raises(RuleError, match=r"feature 'odd': raised ZeroDivisionError: .* \(\S+test_gym\.py, line \d+\)"):
+        env.reset()
 
 
 @settings(max_examples=8, deadline=None)
@@ -412,12 +415,12 @@ def test_an_episode_belongs_to_the_thread_that_began_it() -> None:
 
 
 @pytest.mark.parametrize("parts", [1, 2])
-@pytest.mark.parametrize("reward", [None, 10**400])
+@pytest.mark.parametrize("reward", [None, 10**400, float("nan"), float("inf"), "3"])
 def test_a_reward_that_is_no_number_is_named(reward: Any, parts: int) -> None:
     given: Any = (lambda step: reward) if parts == 1 else {"visits": 1, lambda step: reward: 1}
     env = made(reward=given)
     env.reset()
-    with pytest.raises(InputError, match=r"reward: returned \w+; expected a number"):
+    with pytest.raises(InputError, match=r"reward: returned \S+; expected a number"):
         env.step(0)
 
 
