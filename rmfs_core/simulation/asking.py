@@ -97,7 +97,7 @@ class Observers:
     def end(self, status: str) -> tuple[dict[str, float | None], list[BaseException]]:
         """Tell every observer that the run is over; return what they have measured, by name, and what they raised."""
         found, errors = dict[str, float | None](), list[BaseException]()
-        by_clock = format_module("results").timing(0, 0, 0, 0, (), ())
+        by_clock = format_module("results").timing(0, 0, 0, 0, (), ())  # for the names
         for hook, one in [(name, one) for name in ("run_ended", "measured") for one in self._rules.told(name)]:
             try:
                 answer = self._ask(one, hook, tick=self._warehouse.now, status=status)
