@@ -1,7 +1,5 @@
 """Benchmarks are among the slow tests, which run each of them once to see that it works."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

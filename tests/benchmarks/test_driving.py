@@ -1,7 +1,5 @@
 """Robots that share the aisles: how many pods they bring, and how fast runs are simulated. `make bench` measures."""
 
-from __future__ import annotations
-
 import json
 import statistics
 import subprocess

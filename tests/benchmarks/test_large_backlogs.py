@@ -1,7 +1,5 @@
 """How long a call takes with 50,000 orders or 5,000 pods: rules read columns, and look at what counts alone."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from typing import Any

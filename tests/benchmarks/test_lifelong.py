@@ -9,8 +9,6 @@ Robots drive a cell a second: no time is lost to speeding up, braking and turns.
 before to reaching the one after, so a follower stays a cell behind.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from heapq import heappop, heappush
 from typing import Any

@@ -7,8 +7,6 @@ compared; those of releases are in history.json. What is more than 10 % slower t
 the tests, and fails none.
 """
 
-from __future__ import annotations
-
 import time
 from pathlib import Path
 from typing import Any

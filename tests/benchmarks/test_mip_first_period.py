@@ -4,8 +4,6 @@ Then real size: an answer within seconds, with its gap, and corners where the pr
 bars in seconds, too.
 """
 
-from __future__ import annotations
-
 import time
 from itertools import product
 from statistics import mean, median

@@ -3,8 +3,6 @@
 `make bench` holds the bars. CPU time is that of one core, without start-up and without a trace.
 """
 
-from __future__ import annotations
-
 import time
 import tomllib
 from pathlib import Path

@@ -6,8 +6,6 @@ aisles either, both drive over the cells of the paper's layout in all four direc
 are computed before the clock starts, as they are at hand in a run.
 """
 
-from __future__ import annotations
-
 import statistics
 import time
 from collections.abc import Callable

@@ -4,8 +4,6 @@ A run is stopped where the rule is asked for the first time after `MIDDLE_S` sec
 with the view, and for path planners the traffic, that it has then.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib.metadata import entry_points
 from typing import Any

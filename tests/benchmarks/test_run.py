@@ -3,8 +3,6 @@
 `make bench` measures; the bars are asserted there only.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -4,8 +4,6 @@ A third of it each: a compiled search over arrays, Python's objects and dictiona
 changes: figures in yardsticks that are kept would mean something else.
 """
 
-from __future__ import annotations
-
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Iterator

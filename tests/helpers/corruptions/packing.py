@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from corruptions.raw import NotThereError, Raw, changed, kind, missaid, others, scenario_says, shifted
 
 BOUND, SENT, COME, PUT = "packing_assigned", "part_sent", "part_arrived", "part_put"

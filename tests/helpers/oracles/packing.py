@@ -1,7 +1,5 @@
 """Where orders are packed, and what packers do next."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Rules of packing stations, those of `rmfs_rules.packing` and others; and rules that split orders without a box."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rules that plan paths: the fastest alone, and among others' reservations; compiled searches against plain ones."""
 
-from __future__ import annotations
-
 import heapq
 import math
 from unittest.mock import patch

@@ -1,7 +1,5 @@
 """A rule's class: its hooks, parameters, files and what else it declares. (Messages are compared in full.)"""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from pathlib import Path

@@ -12,16 +12,7 @@ from cases import cases
 from rmfs_commands.instances.toml_lines import line_of
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import RuleChoice, load_scenario, located, scenario_from_dict
-from rmfs_core.scenario.checks import (
-    DURATION,
-    MAYBE_NO_TIME,
-    MOVING,
-    POSITIVE,
-    SHARE,
-    Check,
-    at_least,
-    within,
-)
+from rmfs_core.scenario.checks import DURATION, MAYBE_NO_TIME, MOVING, POSITIVE, SHARE, Check, at_least, within
 from rmfs_core.scenario.model import InstanceSection, RulesSection, Scenario, StationsSection
 from rmfs_core.scenario.tomltext import shown, toml_text
 from saying import said
@@ -113,10 +104,7 @@ BAD_FILES = [
         ", line 2, instance.pods_at_stations.1[1]: expected a text in quotes, found 2",
     ),
     (RULES_TEXT + "pr.rule = 3", ", line 4, rules.pr.rule: expected a text in quotes, found 3"),
-    (
-        RULES_TEXT + 'filters = ["a", ""]',
-        f', line 4, rules.filters[1]: {RULE_OR_TABLE}, found ""',
-    ),
+    (RULES_TEXT + 'filters = ["a", ""]', f', line 4, rules.filters[1]: {RULE_OR_TABLE}, found ""'),
     ("[[robots]]\ncount = 3", ", line 1, robots: expected a table, found [{ count = 3 }]"),
     (
         '[instance]\narrivals = { process = "poison" }',

@@ -1,7 +1,5 @@
 """Stations that open and close, robots that come and go; times of services, by what they are drawn for."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -154,10 +154,7 @@ class TestClaims:
         ({"rules": {"poa_pps": {"n": 5}}}, "expected a claim, as"),
         ({"rules": {"poa_pps": "nope"}}, 'there is no rule "nope"'),
         ({"instance": "nowhere"}, 'there is no instance "nowhere"'),
-        (
-            {"metrics": {"pod_station_visits": 5}},
-            "pod_station_visits 5 of start-50-a; no run can have less than 6",
-        ),
+        ({"metrics": {"pod_station_visits": 5}}, "pod_station_visits 5 of start-50-a; no run can have less than 6"),
     )
     def test_a_wrong_claim_is_refused_with_its_line(self, changed: dict[str, Any], said: str, tmp_path: Path) -> None:
         file = tmp_path / "mine.jsonl"

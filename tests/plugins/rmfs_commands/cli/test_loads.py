@@ -1,7 +1,5 @@
 """Load before a run: work of the orders, and time for it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

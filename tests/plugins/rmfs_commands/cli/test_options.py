@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -11,10 +9,7 @@ from click.shell_completion import ShellComplete
 
 from cases import cases
 from rmfs_commands.cli.main import main, rmfs
-from rmfs_commands.cli.options import (
-    NumberRange,
-    WholeNumberRange,
-)
+from rmfs_commands.cli.options import NumberRange, WholeNumberRange
 from rmfs_commands.experiments import shipped_experiments
 from rmfs_core import entrypoints
 from rmfs_core.scenario import shipped_scenarios

@@ -175,10 +175,7 @@ def test_a_rule_in_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     ("field(factory=object)", "# a = (object)"),
     ("pathlib.Path('tables', 'a.csv')", 'a = "tables/a.csv"'),
     ("'(all)'", 'a = "(all)"'),
-    (
-        "field(factory=lambda: 1 / 0)",
-        "rmfs rules: the factory of `a` raised ZeroDivisionError: division by zero",
-    ),
+    ("field(factory=lambda: 1 / 0)", "rmfs rules: the factory of `a` raised ZeroDivisionError: division by zero"),
 )
 def test_odd_defaults_of_parameters(default: str, line: str, tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)

@@ -238,11 +238,7 @@ def test_opening_hours(tmp_path: Path, capsys: pytest.CaptureFixture[str], zone:
         "--from 5 --until 8",
         "--from, --until: all orders (2) are outside: from 4 s to 9 s; expected a span with",
     ),
-    (
-        "o,s\n1,a\n1,b\n1,c\n",
-        "--pods 1 --skus-per-pod 2",
-        "found 3 SKUs, and 1 pod for 2; expected --skus-per-pod 3",
-    ),
+    ("o,s\n1,a\n1,b\n1,c\n", "--pods 1 --skus-per-pod 2", "found 3 SKUs, and 1 pod for 2; expected --skus-per-pod 3"),
     *(
         ("o,s\n1,a\n", f"{option} 2024-03-01", f"{option}: found no --time; expected the column")
         for option in ("--from", "--until", "--start")

@@ -1,7 +1,5 @@
 """Paired comparison: figures, bounds, and `rmfs compare`."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

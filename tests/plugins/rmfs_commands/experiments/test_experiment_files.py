@@ -1,7 +1,5 @@
 """Experiment files: what they may say, and the runs that they come down to."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Running experiments: in processes or on a cluster, stored, computed again, shown."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

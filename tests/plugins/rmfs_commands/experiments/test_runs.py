@@ -1,7 +1,5 @@
 """One run of an experiment: the hash that names it, the code that counts, its folder and its row."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import sys

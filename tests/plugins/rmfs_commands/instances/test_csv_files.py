@@ -65,10 +65,7 @@ BAD_ORDERS = [
     (ORDERS + " ,0,a,1\n", "2, order: expected a name, found nothing"),
     (ORDERS + "1,0,,1\n", "2, sku: expected a name, found nothing"),
     # quotes: one that is never closed, one that another line closes, one that is not doubled
-    (
-        ORDERS + '1,0,"a,1\n2,0,b,1\n',
-        "2: found a quote that is never closed; expected another at the end of the field",
-    ),
+    (ORDERS + '1,0,"a,1\n2,0,b,1\n', "2: found a quote that is never closed; expected another at the end of the field"),
     (ORDERS + '1,0,"a,1\n2,0,"b",1\n', "2: found a quote within a field in quotes (line 3); expected it doubled"),
     (ORDERS + '1,0,"a"b,1\n', "2: found a quote within a field in quotes; expected it doubled"),
 ]
@@ -84,10 +81,7 @@ BAD_PODS = [
         "1: expected a header with the columns pod,sku,quantity,row,column, "
         "found `pod,sku,quantity,row` without `column`",
     ),
-    (
-        PLACED + "1,a,3,2,5\n2,a,3,2,6\n1,b,3,2,6\n",
-        "4: found row 2, column 6; expected the location of {file}, line 2",
-    ),
+    (PLACED + "1,a,3,2,5\n2,a,3,2,6\n1,b,3,2,6\n", "4: found row 2, column 6; expected the location of {file}, line 2"),
 ]
 
 

@@ -1,7 +1,5 @@
 """Layouts: blocks and text maps, and the picture of a hall before a run."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from xml.etree import ElementTree

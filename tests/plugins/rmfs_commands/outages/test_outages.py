@@ -1,7 +1,5 @@
 """Robots, stations and chargers that fail or are maintained: when, what they finish, what rules and files tell."""
 
-from __future__ import annotations
-
 import csv
 import json
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Packing stations: boxes of split orders, conveyors, packers, and the end of a run when all is packed."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

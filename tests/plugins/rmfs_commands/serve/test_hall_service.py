@@ -202,13 +202,8 @@ def test_a_hall_is_made_once_and_ended_once_whoever_asks_meanwhile(tmp_path: Pat
 
     async def asked() -> list[int]:
         halls = HallProcesses((), str(tmp_path), None)
-        asks = [
-            halls.make("a", wanted),
-            halls.ask("a", {"get": "seq"}),
-            halls.make("a", wanted),
-            halls.make("a", other),
-        ]
-        replies = await asyncio.gather(*asks)
+        first, number = halls.make("a", wanted), halls.ask("a", {"get": "seq"})
+        replies = await asyncio.gather(first, number, halls.make("a", wanted), halls.make("a", other))
         replies.append(await halls.ask("a", b'{"after": 0, "time_s": 0, "events": []}'))
         replies.append(await halls.make("a", wanted))
         ending = asyncio.create_task(halls.end("a", None))
@@ -301,9 +296,7 @@ def test_an_end_whose_answer_was_lost_is_an_end(monkeypatch: pytest.MonkeyPatch)
         HallClient("http://127.0.0.1:1", "a", tries=1).end()
 
 
-def test_an_answer_that_was_lost_on_its_way_or_is_that_of_a_proxy_is_asked_for_again(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_lost_answer_or_that_of_a_proxy_is_asked_for_again(monkeypatch: pytest.MonkeyPatch) -> None:
     told = [urllib.error.HTTPError("", code, "", Message(), io.BytesIO(b"<html>")) for code in (502, 403)]
     replies = [http.client.IncompleteRead(b"{"), told[0], io.BytesIO(b'{"seq": 1}'), told[1]]
     monkeypatch.setattr("urllib.request.urlopen", Mock(side_effect=replies))

@@ -1,7 +1,5 @@
 """`rmfs slot`: the history, placements, the surrogate and its search, changes, and runs of later days."""
 
-from __future__ import annotations
-
 import csv
 import json
 from collections import Counter

@@ -228,13 +228,7 @@ def test_what_is_said_of_a_run_is_of_its_own_time(tmp_path: Path) -> None:
         assert [(row["hour"], int(row["picks"])) for row in csv.DictReader(file)] == [("10", later.metrics["picks"])]
 
 
-@cases(
-    "change",
-    "whca-n",
-    "whca-n stations.open.2=[]",
-    "free-flow",
-    "sipp rules.poa=first-come rules.pps=nearest-pod",
-)
+@cases("change", "whca-n", "whca-n stations.open.2=[]", "free-flow", "sipp rules.poa=first-come rules.pps=nearest-pod")
 @pytest.mark.parametrize("at_s", [40.25, 160.0, 301.5])
 def test_another_scenario_goes_on(tmp_path: Path, change: str, at_s: float) -> None:
     first, state = stopped(tmp_path, at_s, "rules.pp=whca-n")
@@ -346,11 +340,7 @@ SLOW = "instance.orders=9 instance.arrivals.process=poisson instance.arrivals.or
     (CARRIED | {"robots": CARRIED["robots"] | {"4": {"cell": 45}}}, "", "by-hand.json, robots: robots 4 and 3 have ro"),
     ({}, "run.until_s=60", "run.until_s=60: found 60, but the state is of 36000 s"),
     ({"robots": {name: {"cell": 30 + int(name), "in_service": name != "2"} for name in "1234"}}, "", "robots.2.in_s"),
-    (
-        {"robots": {name: {"cell": 30} for name in "1234"}},
-        "",
-        'stations.1.line[0]: names pod "P1", which is no rob',
-    ),
+    ({"robots": {name: {"cell": 30} for name in "1234"}}, "", 'stations.1.line[0]: names pod "P1", which is no rob'),
     ({"pods": BY_HAND["pods"] | EMPTY}, "", "pods: found 203; the layout ha"),
     ({"time_s": -5.5, "orders": {}}, "", "time_s: found -5.5; expected seconds since a run's time 0"),
     ({"time_s": 1.7e9}, "", "time_s: found 1,700,000,000; expected seconds since a run's time 0, not more than 100"),

@@ -1,7 +1,5 @@
 """`rmfs tune`: ranges, the search, and what is left of its gain on other seeds."""
 
-from __future__ import annotations
-
 import csv
 import json
 import tomllib
@@ -128,10 +126,7 @@ def test_ranges_that_are_known(scenario: Path) -> None:
     ),
     (("--rules", "poa", "--objective", "decision_s_later"), "expected a metric of the simulation"),
     (("--rules", "poa", "--objective", "turnover=less"), 'there is no metric "turnover"'),
-    (
-        ("--rules", "poa", "--objective", "periods", "--runs", "1"),
-        "of `periods` is better; expected periods=less or",
-    ),
+    (("--rules", "poa", "--objective", "periods", "--runs", "1"), "of `periods` is better; expected periods=less or"),
 )
 def test_what_is_refused(scenario: Path, given: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert exit_code("tune", str(scenario), *given, "-j", "1", "--out", str(scenario.parent / "out")) == 2

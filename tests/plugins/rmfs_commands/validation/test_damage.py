@@ -1,7 +1,5 @@
 """Faults of orders, pods, visits, robots, bundles and packing, each made in a trace; and capacity given back late."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -14,12 +14,7 @@ from rmfs_core.warehouse import WarehouseView
 from rmfs_rules.mip.period.period import Period, Stock
 from rmfs_rules.mip.period.placing import Slots, short_of, stations_of
 from rmfs_rules.mip.period.reduction import Reduced
-from rmfs_rules.mip.period.solution import (
-    Model,
-    Part,
-    Solution,
-    objective_of,
-)
+from rmfs_rules.mip.period.solution import Model, Part, Solution, objective_of
 from rmfs_rules.mip.printed.constraints import violation
 from rmfs_rules.mip.printed.solver import Limits
 from rmfs_rules.mip.proof.parts import by_slots, with_joining_lines

@@ -1,7 +1,5 @@
 """The report of a comparison: numbers, tables, plots, terminal and HTML; `rmfs compare RUN RUN`."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json
