@@ -20,7 +20,7 @@ RULES, COMMANDS, TRAFFIC = PLUGINS / "rmfs_rules", PLUGINS / "rmfs_commands", PL
 TOOLS = ROOT / "tools"
 PUBLIC = ROOT / "docs" / "reference" / "api.md"
 
-MOST_LINES, MOST_FILES, MOST_FOLDERS = 10_976, 71, 7
+MOST_LINES, MOST_FILES, MOST_FOLDERS = 10_980, 71, 7
 """The kernel's budget, with little room, to be lowered when the kernel becomes smaller."""
 MOST = {ROOT / "tests": 44_000, RULES: 13_990, RULES / "joint": 800, RULES / "pod_index": 950, RULES / "helpers": 1_500}
 """Budgets of tests and rules. A new test first looks for the table of its subject and for the test that it replaces."""

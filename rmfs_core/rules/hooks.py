@@ -74,8 +74,10 @@ def check_hooks(place: str, plugin: object, class_name: str) -> None:
             if options.get(option):  # who is asked or told first, and what comes of an answer, is up to the kernel
                 problem = f"`{method}` is marked with {option}; expected @hookimpl alone"
                 raise InputError(place, f"class {class_name}: {problem}")
-        if any(kind(getattr(plugin, method)) for kind in (inspect.isgeneratorfunction, inspect.iscoroutinefunction)):
-            raise InputError(place, f"class {class_name}: `{method}` yields or awaits; expected a method that returns")
+        kinds = inspect.isgeneratorfunction, inspect.iscoroutinefunction, inspect.isasyncgenfunction
+        if any(kind(getattr(plugin, method)) for kind in kinds):
+            problem = f"`{method}` yields or is async; expected a method that returns its answer"
+            raise InputError(place, f"class {class_name}: {problem}")
         if (hook := options.get("specname") or method) not in ARGUMENTS:
             missing = f"a hook `{hook}`, which does not exist{did_you_mean(hook, ARGUMENTS)}"
             raise InputError(place, f"class {class_name} implements {missing}; the hooks are {listed(ARGUMENTS)}")

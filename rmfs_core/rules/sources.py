@@ -147,7 +147,7 @@ def _load_file(path: str, name: str, place: str) -> types.ModuleType:
 
 def _told(folder: Path, error: BaseException) -> str:
     wanted = (error.name or str(error)).partition(".")[0] if isinstance(error, ImportError) else None
-    near = {"attempted relative import with no known parent package", *(file.stem for file in folder.iterdir())}
+    near = {"attempted relative import with no known parent package", *(one.stem for one in folder.glob("*.py"))}
     helps = "; it imports what is installed, and no file next to it: put them into a package (`rmfs new-rule`)"
     return one_line(error) + helps * (wanted in near)
 

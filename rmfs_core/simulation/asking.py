@@ -7,6 +7,7 @@ import re
 import time
 from collections import defaultdict
 from collections.abc import Callable, Container, Mapping, Sequence
+from traceback import walk_tb
 from typing import Any, TypeVar
 
 import numpy as np
@@ -195,7 +196,8 @@ class Asker:
         except ImpossibleError as problem:
             raise self.error(rule, str(problem), hook) from None
         except BaseException as error:  # of an object in the answer: what is asked of it may do anything
-            if isinstance(error, RmfsError) or is_interrupt(error):
+            raising = [*walk_tb(error.__traceback__)][-1][0].f_globals.get("__name__")
+            if isinstance(error, RmfsError) or is_interrupt(error) or str(raising).startswith("rmfs_core."):
                 raise
             raise self.error(rule, f"gave an answer that raised {raised(error, rule.instance)}", hook) from error
 

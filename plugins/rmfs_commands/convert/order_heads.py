@@ -25,6 +25,8 @@ CREATE UNIQUE INDEX headed_name ON headed (name);
 DROP TABLE head;
 """
 _WITHOUT_HEAD = "FROM line WHERE name NOT IN (SELECT name FROM headed)"
+_NOT_READ = "a header that is not read"
+_PASSED = "name IN (SELECT name FROM passed)"
 _WITHOUT_LINES = "SELECT name FROM headed EXCEPT SELECT name FROM line EXCEPT SELECT name FROM lost"
 
 
@@ -54,6 +56,7 @@ class OrderHeads:
         self._table, self._base = table, base
         self._without_lines = ""
         base.execute("CREATE TABLE head AS SELECT * FROM line WHERE 0")
+        base.execute("CREATE TABLE passed (name TEXT NOT NULL)")
 
     def read(self) -> None:
         """Take in the table.
@@ -63,11 +66,15 @@ class OrderHeads:
         InputError
             When the file cannot be read, lacks a column, or none of its rows is a header.
         """
-        load(self._table, self.cleaner, self._base, "head")
+        load(self._table, self.cleaner, self._base, "head", self._pass)
         self._base.execute("DELETE FROM lost")  # an order that lost a header has lost no line
         if not self._count("SELECT count(*) FROM head"):
             found = why_none(self.cleaner.others, self.cleaner.left_out())
             raise InputError(self.file, f"has no header of an order that could be kept: {found}")
+
+    def _pass(self, order: str) -> None:
+        name = self.cleaner.reader.names.clean(order.strip())
+        self._base.execute("INSERT INTO passed VALUES (?)", (name,))
 
     def join(self, file: str, dropped: Tally) -> None:
         """Give the lines of a file what their headers say; leave out lines without.
@@ -82,9 +89,12 @@ class OrderHeads:
         some = self._base.execute(f"{_WITHOUT_LINES} ORDER BY name LIMIT {SHOWN}")
         self._without_lines = _some(name for (name,) in some)
         shown = self._base.execute(f"SELECT row, name {_WITHOUT_HEAD} ORDER BY row LIMIT {SHOWN}").fetchall()
-        if rows := self._count(f"SELECT count(*) {_WITHOUT_HEAD}"):
-            asked = bool(self.cleaner.others.reasons)  # most of them may be of headers that are not read
-            dropped.add(f"no header in {self.file} that is kept", rows, shown, asked)
+        for reason, of in ((_NOT_READ, _PASSED), (f"no header in {self.file} that is kept", f"NOT {_PASSED}")):
+            which = f"{_WITHOUT_HEAD} AND {of}"
+            if rows := self._count(f"SELECT count(*) {which}"):
+                first = self._base.execute(f"SELECT row, name {which} ORDER BY row LIMIT {SHOWN}").fetchall()
+                dropped.add(reason, rows, first, chosen=reason == _NOT_READ)
+        if shown:
             self._base.execute(f"INSERT INTO lost SELECT DISTINCT name, 1 {_WITHOUT_HEAD}")
             self._base.execute(f"DELETE {_WITHOUT_HEAD}")
         if not self._count("SELECT count(*) FROM line"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from attrs import field, frozen
@@ -72,7 +72,7 @@ class Table:
     header: list[str] = field(init=False, factory=list, eq=False)
     others: Tally = field(init=False, factory=Tally, eq=False)
 
-    def rows(self, columns: Sequence[str | None]) -> Iterator[Row]:
+    def rows(self, columns: Sequence[str | None], passed: Callable[[str], None] | None = None) -> Iterator[Row]:
         """Yield the rows, with the fields of some columns.
 
         Parameters
@@ -80,6 +80,8 @@ class Table:
         columns
             Names of the columns; a name may come twice. None: the field is empty in every row, as is a field where the
             table has nothing.
+        passed
+            Told the first of these fields of each row that is not read.
 
         Raises
         ------
@@ -104,6 +106,8 @@ class Table:
                 yield row, fields[: len(columns)]
             elif any(map(str.strip, fields)):
                 self.others.note(f"another {other[0]}", row, other[1], chosen=True)
+                if passed is not None:
+                    passed(fields[0])
         for column, values in missing.items():
             for value in sorted(values):
                 meant = did_you_mean(value, seen[column])

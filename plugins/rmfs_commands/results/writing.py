@@ -48,17 +48,17 @@ def content(result: Result) -> dict[str, Any]:
     if result.notes:
         found["notes"] = result.notes
     if result.summary:
-        found["summary"] = {str(name): _ready(value) for name, value in result.summary.items()}
+        found["summary"] = {_ready(name): _ready(value) for name, value in result.summary.items()}
     return found | {"metrics": result.metrics, "timing": result.timing}
 
 
-def _ready(value: object) -> object:
-    """Return what an observer has put into the summary; of what JSON cannot have, what is plain of it."""
-    try:
-        to_json(ready := json_ready(value))
-    except Exception:  # whatever it is, the run is not lost for it
-        return plain(value)
-    return ready
+def _ready(value: object) -> Any:
+    """Return what an observer has put into the summary; of what JSON cannot have, what is plain of it, or its type."""
+    for kept in (json_ready, plain):
+        with suppress(Exception):  # whatever it is, the run is not lost for it
+            to_json(ready := kept(value)).encode()
+            return ready
+    return f"<{type(value).__name__}>"
 
 
 def save(result: Result, folder: str | Path) -> None:

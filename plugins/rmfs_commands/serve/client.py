@@ -94,17 +94,24 @@ class HallClient:
             try:
                 request = urllib.request.Request(self._url + path, content, headers, method=method)
                 with urllib.request.urlopen(request, timeout=120) as reply:
-                    return json.loads(reply.read())  # type: ignore[no-any-return]
+                    return _object(reply.read())
             except urllib.error.HTTPError as error:
                 told: dict[str, Any] = {}
                 with error, suppress(ValueError, HTTPException):  # of a proxy, or not whole
-                    told = json.loads(error.read())
+                    told = _object(error.read())
                 if (method, error.code) == ("DELETE", 404) and tried > 1:
                     return {}  # it ended at a try before, whose answer was lost
                 if error.code not in (502, 503, 504) or tried == self._tries:
                     raise HallError(error.code, told) from None
-            except (OSError, HTTPException):
+            except (OSError, HTTPException, ValueError):
                 if tried == self._tries:
                     raise
             time.sleep(1.0)
         raise AssertionError("there is a last try")
+
+
+def _object(content: bytes) -> dict[str, Any]:
+    """Return the object of JSON that an answer is; ValueError for anything else, as a proxy may send it."""
+    if isinstance(told := json.loads(content), dict):
+        return told
+    raise ValueError("found an answer that is no object of JSON")

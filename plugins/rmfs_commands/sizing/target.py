@@ -20,7 +20,8 @@ ON_TIME = "on_time_percent_priority_"
 """Before a priority: it may be any."""
 
 _COSTS = {"stations": "cost_pickers_per_order", "robots": "cost_robots_per_order", "packers": "cost_packers_per_order"}
-"""Costs that more of a thing raises, as all costs: the search, from the most on, would miss sizes that keep them."""
+"""Cost of more of a thing, which raises `cost_total` and `cost_per_order`, too. The search tries the most first, and
+would miss sizes that keep a limit of these."""
 
 EXPECTED = "expected one of which less is better, such as turnover_p95_s"
 
@@ -93,8 +94,9 @@ class Target:
         return f"{parent.partition(',')[0]}, {label.strip()}"
 
     def shown(self, value: float) -> str:
-        """Return one of its values without the unit; of numbers these are means, with a digit after the point."""
-        return show(evolve(self.described, digits=max(self.described.digits, 1)), float(value))
+        """Return one of its values without the unit; those of numbers are means, with the digits of the limit."""
+        digits = self.described.digits or max(1, len(f"{self.most:g}".partition(".")[2]))
+        return show(evolve(self.described, digits=digits), float(value))
 
     def with_unit(self, value: float) -> str:
         """Return one of its values."""

@@ -296,13 +296,14 @@ class Summing:
     def run_started(self, run: Any) -> None:
         endless: list[object] = []
         endless.append(endless)
-        run.summary.update({"pairs": {(1, 2): 3.5}, "endless": endless, "good": [1]})
+        run.summary.update(pairs={(1, 2): 3}, end=endless, good=[1], far={(): math.nan}, many=10**5000, no="\ud800")
 
 
 def test_a_summary_that_json_cannot_have_does_not_lose_the_run(tmp_path: Path) -> None:
     rmfs_core.run("examples/small", overrides=FEW, out=tmp_path, observers=[Summing()])
     saved = load_result(tmp_path).summary
-    assert (saved["pairs"], saved["good"], "<list>" in str(saved["endless"])) == ({"(1, 2)": 3.5}, [1], True)
+    assert (saved["pairs"], saved["good"], "<list>" in str(saved["end"])) == ({"(1, 2)": 3}, [1], True)
+    assert [saved[name] for name in ("far", "many", "no")] == ["<dict>", "<int>", "<str>"]
 
 
 def raising(error: BaseException) -> Callable[[], NoReturn]:

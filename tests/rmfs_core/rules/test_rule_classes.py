@@ -76,11 +76,11 @@ def test_who_is_told_first_is_up_to_the_kernel(option: str, install: Install) ->
     )
 
 
-@pytest.mark.parametrize("body", ["def on_event(self, event): yield", "async def on_event(self, event): pass"])
+@pytest.mark.parametrize("body", ["def on_event(self, event): yield", "async def on_event(self, event): yield"])
 def test_a_hook_returns(body: str, install: Install) -> None:
     install("acme", {"mine": "acme_rules:Mine"}, acme_rules=f"@define\nclass Mine:\n    @hookimpl\n    {body}\n")
     assert refusal(observers=(RuleChoice("mine"),)) == (
-        "rules.observers[0]: class Mine: `on_event` yields or awaits; expected a method that returns"
+        "rules.observers[0]: class Mine: `on_event` yields or is async; expected a method that returns its answer"
     )
 
 

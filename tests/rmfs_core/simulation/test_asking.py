@@ -91,6 +91,12 @@ def test_a_name_that_is_a_monster(tiny_run: Prepare, tmp_path: Path, named: str,
     assert message in what_ends(prepare_bad(tiny_run, tmp_path, "pps", body), "pps")
 
 
+def test_an_error_of_the_kernel_is_not_the_rule_s(tiny_run: Prepare, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr(checks, "selected_trip", checks.covered)  # which takes other arguments
+    with pytest.raises(TypeError, match="covered"):
+        prepare_bad(tiny_run, tmp_path, "pps", "from rmfs import PodTrip; return [PodTrip(0, 0)]").simulation.run()
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no copies of processes")
 @pytest.mark.parametrize("copy", ["return []", "raise ValueError", "raise SystemExit(0)"])
 def test_a_copy_that_a_rule_makes_does_not_simulate(copy: str, tmp_path: Path) -> None:

@@ -547,13 +547,16 @@ def test_only_some_rows_are_read(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert "Read 2 rows.\n" in told
     assert 'Not read: 2 rows with another state: row 2 "gone", row 6.\n' in told
     assert 'Not read: 1 row with another site: row 3 "B".\n' in told
-    assert "not read:" not in told
     assert converted(tmp_path, text, "--only state= --whole-orders --force") == ["4,0,jam,1"]
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
     headers = tmp_path / "headers.csv"
     headers.write_text("o,t,state\n1,5,held\n2,6,free\n3,7,held\n4,8,held\n", encoding="utf-8")
-    options = f"--orders {headers} --time t --only-orders state=free --force"
-    assert converted(tmp_path, text, options) == ["2,6,tea,1"]
+    options = f"--orders {headers} --time t --only-orders state=free"
+    assert converted(tmp_path / "a", text, options) == ["2,6,tea,1"]
     assert f'Not read of {headers}: 3 rows with another state: row 1 "held"' in capsys.readouterr().out
+    told = refused(capsys, main, command(tmp_path / "b", text + "x,a,,\n" * 9, options))
+    assert "9 of 14 rows would be left out: 4 rows with a header that is not read: row 1" in told
 
 
 def test_what_is_left_out_of_orders(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -297,8 +297,8 @@ def test_an_end_whose_answer_was_lost_is_an_end(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_a_lost_answer_or_that_of_a_proxy_is_asked_for_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    told = [urllib.error.HTTPError("", code, "", Message(), io.BytesIO(b"<html>")) for code in (502, 403)]
-    replies = [http.client.IncompleteRead(b"{"), told[0], io.BytesIO(b'{"seq": 1}'), told[1]]
+    told = [urllib.error.HTTPError("", code, "", Message(), io.BytesIO(b"[]")) for code in (502, 403)]
+    replies = [http.client.IncompleteRead(b"{"), told[0], io.BytesIO(b"<html>"), io.BytesIO(b'{"seq": 1}'), told[1]]
     monkeypatch.setattr("urllib.request.urlopen", Mock(side_effect=replies))
     monkeypatch.setattr("time.sleep", Mock())
     hall = HallClient("http://127.0.0.1:1", "a")

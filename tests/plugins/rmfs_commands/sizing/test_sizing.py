@@ -231,7 +231,7 @@ def test_names_of_metrics() -> None:
     target = Target("turnover_p95_s", 900)
     assert (target.label, target.with_unit(612.345)) == ("Turn-over time, p95", "612.3 s")
     assert Target("late_percent", 2).with_unit(2) == "2.0 %"
-    assert Target("late_packed", 2).with_unit(1.75) == "1.8"
+    assert [Target("late_packed", most).with_unit(1.75) for most in (2, 0.25)] == ["1.8", "1.75"]
     assert Target("late_percent", 2).label == "Late orders, of those due"
     assert Target("turnover_backlog_p95_s", 2).label == "Turn-over time, in the backlog, p95"
     assert Target("empty_distance_m", 2).label == "Distance, empty"

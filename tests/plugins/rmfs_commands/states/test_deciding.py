@@ -295,15 +295,10 @@ def written(world: Warehouse, decides: Role, answer: object) -> dict[str, Any] |
     return answer_to_dict(WarehouseView(world), SKUS, decides, answer)
 
 
-class Monster:
-    def __index__(self) -> int:
-        raise SystemExit
-
-
 @cases(
     "decides answer",
     (Role.POA, None),
-    (Role.POA, [OrderAssignment(Monster(), 0)]),
+    (Role.POA, [OrderAssignment(type("Monster", (), {"__index__": lambda _: 1 / 0})(), 0)]),
     (Role.POA, [PodTrip(0, 0)]),
     (Role.POA, [OrderAssignment(9, 0)]),
     (Role.POA, [OrderAssignment(-1, 0)]),

@@ -309,10 +309,8 @@ def test_an_order_that_left_is_told_of_once() -> None:
         "cancelled before 2 s, with nothing of it assigned",
     ]
     never = [made(n, "TA", content(0) if n < 2000 else left, {"tasks": []}) for n in (1000, 2000, 3000)]
-    assert [episode.what.partition(" s")[0] for episode in order_story(never, "A")] == [
-        "it arrived at 0",
-        "cancelled before 2,000",
-    ]
+    told = [episode.what.partition(" s")[0] for episode in order_story(never, "A")]
+    assert told == ["it arrived at 0", "cancelled before 2,000"]
 
 
 def test_pods_that_are_bound_for_the_station_already() -> None:
