@@ -97,7 +97,7 @@ def test_an_error_of_the_kernel_is_not_the_rule_s(tiny_run: Prepare, tmp_path: P
         prepare_bad(tiny_run, tmp_path, "pps", "from rmfs import PodTrip; return [PodTrip(0, 0)]").simulation.run()
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="no copies of processes")
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no os.fork")
 @pytest.mark.parametrize("copy", ["return []", "raise ValueError", "raise SystemExit(0)"])
 def test_a_copy_that_a_rule_makes_does_not_simulate(copy: str, tmp_path: Path) -> None:
     """It would write results, too: it ends where the rule would have returned."""
@@ -199,7 +199,7 @@ def test_an_observer_hears_what_it_listens_to() -> None:
     assert several.heard == []
 
 
-needs_alarms = pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no alarms")
+needs_alarms = pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="this system has no signal.setitimer")
 
 
 def compute() -> None:

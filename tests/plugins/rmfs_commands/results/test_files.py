@@ -27,7 +27,7 @@ from rmfs_commands.results.timing import timing
 from rmfs_core import InputError
 
 not_root = pytest.mark.skipif(
-    not hasattr(os, "geteuid") or os.geteuid() == 0, reason="permissions do not hold the superuser"
+    not hasattr(os, "geteuid") or os.geteuid() == 0, reason="the superuser may write to every file"
 )
 
 

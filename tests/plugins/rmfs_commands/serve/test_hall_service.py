@@ -196,7 +196,7 @@ def test_a_batch_that_fails_is_answered_once_whatever_is_in_the_journal(tmp_path
     assert asyncio.run(asked()) == [(200, 1), (200, 2), (200, 3), (500, None), (200, 3)]
 
 
-def test_a_hall_is_made_once_and_ended_once_whoever_asks_meanwhile(tmp_path: Path) -> None:
+def test_simultaneous_requests_make_a_hall_once_and_end_it_once(tmp_path: Path) -> None:
     """A request to make it again gets the first one's answer, as long as the hall has taken no batch."""
     wanted, other = (json.dumps({"scenario": TABLES | more}).encode() for more in ({}, {"seed": 2}))
 

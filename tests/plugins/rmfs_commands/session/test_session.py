@@ -648,7 +648,7 @@ def test_a_pod_stands_where_it_was_to_be_stored_wherever_its_robot_was_last_told
     assert state["pods"][store["pod"]]["cell"] == state["robots"][store["robot"]]["cell"] == store["cell"]
 
 
-def test_a_pod_is_lifted_where_it_stood_wherever_its_robot_was_told_to_be(journal: Path, tmp_path: Path) -> None:
+def test_a_pod_is_lifted_where_it_stood_after_a_wrong_position_of_its_robot(journal: Path, tmp_path: Path) -> None:
     session = Hall(scenario := scenario_of(RULES["sequential"]), journal)
     lift = until(session, "lift")
     stood = session.state["pods"][lift["pod"]]["cell"]
